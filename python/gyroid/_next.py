@@ -42,7 +42,7 @@ def plan(
     experiment
         Names of the experiments to compare [default: all that this log could be followed by].
     duration_s
-        Least length of a course, s [default: that of the log, within 30 and 300, and where none tells what the best one needs, up to 300].
+        Least length of a course, s [default: that of the log, within 30 and 300, and where none tells what the best one needs, up to 600].
     load_kg
         Known load that the robot carried in the log, and carries in every experiment, kg.
     seed

@@ -24,25 +24,23 @@ impl PlanReport<'_> {
     pub(crate) fn text(&self) -> String {
         let p = self.plan;
         let mut out = format!("PLAN after {}\n\n  ", self.log);
-        match p.rivals.len() {
-            0 | 1 => out.push_str("there are no effects in question that this log cannot tell apart"),
-            count => {
-                let _ = write!(out, "{count} effects in question, each as large as the log would have it:");
-                p.rivals.iter().for_each(|rival| out.push_str(&of_rival(rival)));
-            }
-        }
-        if !p.experiments.is_empty() {
+        if p.experiments.is_empty() {
+            out.push_str("there are no effects in question that this log cannot tell apart");
+        } else {
+            out.push_str("effects in question, each as large as the log would have it:");
+            p.rivals.iter().for_each(|rival| out.push_str(&of_rival(rival)));
+            let name_width = 2 + p.experiments.iter().map(|e| e.name.len()).max().unwrap_or(0);
             let _ = write!(
                 out,
                 "\n\n  told apart from {} nats on; evidence and probability are those of the pair that an experiment tells worst\n\n  \
-                 {:<22}{:<10}{:<14}{:<14}pairs told apart",
+                 {:<name_width$}{:<10}{:<14}{:<14}pairs told apart",
                 significant(p.resolution_nats, 2),
                 "experiment",
                 "lasts",
                 "evidence",
                 "probability"
             );
-            p.experiments.iter().for_each(|e| out.push_str(&row(e, p.resolution_nats)));
+            p.experiments.iter().for_each(|e| out.push_str(&row(e, p.resolution_nats, name_width)));
         }
         match (p.first(), &p.needed) {
             (Some(first), _) => out.push_str(&course(first, p.load_kg)),
@@ -70,13 +68,13 @@ fn of_rival(rival: &Rival) -> String {
     format!("\n  {:<58}{}", format!("{} ({})", title(&rival.id), rival.id), sizes.join(", "))
 }
 
-fn row(e: &Suggestion, resolution_nats: f64) -> String {
+fn row(e: &Suggestion, resolution_nats: f64, name_width: usize) -> String {
     let told = e.pairs.iter().filter(|p: &&Pair| p.nats >= resolution_nats).count();
     let nats = format!("{:.1} nats", e.nats);
     let of = e.pairs.len();
     let alone = if e.alone { ", by itself" } else { "" };
     let lasts = duration_text(e.duration_s);
-    format!("\n  {:<22}{lasts:<10}{nats:<14}{:<14.2}{told} of {of}{alone}", e.name, e.probability)
+    format!("\n  {:<name_width$}{lasts:<10}{nats:<14}{:<14.2}{told} of {of}{alone}", e.name, e.probability)
 }
 
 fn course(first: &Suggestion, carried_kg: f64) -> String {
@@ -152,7 +150,7 @@ mod tests {
         let text = PlanReport { log: "drive.csv", plan: &plan }.text();
         for part in [
             "PLAN after drive.csv",
-            "2 effects in question",
+            "effects in question, each",
             "0.0125",
             "from 3.0 nats on",
             "5.2 nats",

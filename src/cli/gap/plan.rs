@@ -20,7 +20,8 @@ use std::path::{Path, PathBuf};
 /// The next experiment, by what it would tell apart and this log cannot: courses and recordings, ranked by expected evidence
 ///
 /// The effects in question are fitted to the log, and every experiment is simulated with each of them. Of a drive, an experiment
-/// is diagnosed together with the log; one that brings a reference which the log lacks, and every one at rest, by itself.
+/// is diagnosed together with the log; one that brings channels which the log lacks, and every one at rest, by itself. Torques
+/// that the log lacks are asked for only where nothing else tells.
 #[derive(Debug, Args)]
 #[command(after_help = "Examples:\n  \
     gyroid gap plan robot.toml --fit drive.parquet -o next.parquet\n  \
@@ -42,7 +43,7 @@ pub(crate) struct PlanArgs {
     /// Compare only these experiments, by name [default: all that this log could be followed by]
     #[arg(long, value_name = "NAME", num_args = 1..)]
     experiment: Vec<String>,
-    /// Least length of a course, s [default: that of the log, within 30 and 300, and where none tells what the best one needs, up to 300]
+    /// Least length of a course, s [default: that of the log, within 30 and 300, and where none tells what the best one needs, up to 600]
     #[arg(long, value_name = "S")]
     duration: Option<f64>,
     /// Write the first experiment as inputs that `gyroid simulate --inputs` follows (.csv or .parquet): commands, wheel speeds and torques;

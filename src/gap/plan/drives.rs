@@ -1,7 +1,7 @@
 //! E = ln p(z | truth) - ln p(z | rival) at the readings that the truth predicts on average, of the log and an experiment together
 //!
-//! The truth is fitted to both simulated drives, and its model linearised there with the columns of every rival, as the
-//! diagnosis does that says which effects are alike. Chance in the readings plays no part. What is the same to every reading of
+//! The model of the truth is linearised at the sizes that were simulated with the columns of every rival, as the diagnosis does that
+//! says which effects are alike. Effects of several forms have the sizes that are fitted to both simulated drives. Chance in the readings plays no part. What is the same to every reading of
 //! both drives is worth nothing.
 
 use super::rivals::Rival;
@@ -17,7 +17,7 @@ use crate::gap::drive::preprocess::changepoint;
 use crate::gap::drive::preprocess::initial_noise::{InitialNoise, diffused};
 use crate::gap::drive::record::Record;
 use crate::gap::drive::regressors::candidates::Candidates;
-use crate::gap::drive::regressors::practical_identifiability::{LN_ODDS, gains, lacking};
+use crate::gap::drive::regressors::practical_identifiability::{LN_ODDS, TORQUES, gains, lacking};
 use crate::gap::drive::regressors::structural_identifiability::StructuralClasses;
 use crate::gap::power::simulated::Simulator;
 use crate::gap::selection::search::Member;
@@ -36,6 +36,8 @@ pub(super) struct Drives<'a> {
     config: &'a Config,
     library: &'a Library,
     rivals: Vec<Rival>,
+    /// Ids of rivals that the recorded drive does not show.
+    hidden: Vec<String>,
     seeds: Seeds,
     since_power_on_s: f64,
     /// The recorded drive as each rival would have made it.
@@ -43,7 +45,7 @@ pub(super) struct Drives<'a> {
 }
 
 impl<'a> Drives<'a> {
-    /// Of the drive `log` with each of `rivals`.
+    /// Of the drive `log` with each of `rivals`; nothing in it would show those that are `hidden`.
     ///
     /// # Errors
     /// Those of the simulation.
@@ -51,7 +53,7 @@ impl<'a> Drives<'a> {
         config: &'a Config,
         log: &Log,
         library: &'a Library,
-        rivals: &[Rival],
+        (rivals, hidden): (&[Rival], Vec<String>),
         (seed, since_power_on_s): (u64, f64),
     ) -> Result<Self> {
         let seeds = Seeds::from(seed);
@@ -59,17 +61,19 @@ impl<'a> Drives<'a> {
         let rivals: Vec<Rival> = rivals.iter().map(|r| within_rows(r, &all, log.time.median_step_s())).collect();
         let simulator = Simulator::new(config, log, library, since_power_on_s);
         let recorded = rivals.iter().map(|r| simulator.log(&r.tables(), seeds)).collect::<Result<_>>()?;
-        Ok(Self { config, library, rivals, seeds, since_power_on_s, recorded })
+        Ok(Self { config, library, rivals, hidden, seeds, since_power_on_s, recorded })
     }
 
-    /// Channels that the log lacks, in words.
+    /// Channels that the log lacks, in words, but torques where they were `tried`.
     ///
     /// # Errors
     /// Those of [`Record::new`].
-    pub(super) fn lacking(&self) -> Result<Vec<&'static str>> {
+    pub(super) fn lacking(&self, tried: bool) -> Result<Vec<&'static str>> {
         let first =
             self.recorded.first().map(|log| Record::new(self.config, log, self.since_power_on_s)).transpose()?;
-        Ok(first.as_ref().map_or_else(Vec::new, lacking))
+        let mut channels = first.as_ref().map_or_else(Vec::new, lacking);
+        channels.retain(|channel| !(tried && *channel == TORQUES));
+        Ok(channels)
     }
 
     /// Every truth against every rival, after a drive with these `inputs` and a known load, kg, and the largest evidence of a truth over no
@@ -99,9 +103,12 @@ impl<'a> Drives<'a> {
     }
 
     /// Expected evidence of `truth` in a `record` of it over no effect, and over each other rival, nats. A record that is judged `alone`
-    /// is not known to exclude the effects that the log excludes: those that resemble the truth in it are rivals too.
+    /// is not known to exclude the effects that the log excludes: those that resemble the truth in it are rivals too, and so are those
+    /// that the log does not show.
     fn over(&self, truth: &Rival, record: &Record, alone: bool) -> (f64, Vec<(&str, f64)>) {
-        let others = self.rivals.iter().map(|r| r.id.as_str()).filter(|id| *id != truth.id);
+        let hidden = self.hidden.iter().filter(|_| alone);
+        let known = self.rivals.iter().map(|r| &r.id).chain(hidden).map(String::as_str);
+        let others = known.filter(|id| *id != truth.id);
         // the sizes of motions, known roughly, tell no laws apart that are one and the same to the readings
         let every: Vec<&'static dyn Driving> = self.library.driving().collect();
         let classes = StructuralClasses::of(record, &every);
@@ -114,16 +121,25 @@ impl<'a> Drives<'a> {
         let all = Candidates::new(record, &effects, &options.prior, false, &changepoint::of_each(record));
         let (noise, _) = diffused(record, InitialNoise::of(record).noise, &all);
         let own: Vec<usize> = (0..all.groups.len()).filter(|g| truth.has(&all.groups[*g].id)).collect();
-        let fitted = Compared::all_in(record, &noise, all.only(|g| own.contains(&g)), self.sizes(truth, &all));
-        let problem = all.linearise(record, &noise, &fitted.next().0);
+        let simulated = self.sizes(truth, &all);
+        let fitted = Compared::all_in(record, &noise, all.only(|g| own.contains(&g)), simulated.clone());
+        // a size that this record does not determine is where chance leads it: of a robot that stands a delay of many rows
+        let mut theta = fitted.next().0;
+        theta.iter_mut().zip(simulated).filter(|(_, s)| s.iter().any(|v| *v != 0.0)).for_each(|(t, s)| *t = s);
+        let problem = all.linearise(record, &noise, &theta);
         let members: Vec<Member> = fitted.sets[0].fitted.iter().map(|&(g, node)| (own[g], node)).collect();
         let rest: Vec<Member> = members.iter().copied().filter(|m| all.groups[m.0].id != truth.id).collect();
         let gains = gains(&problem.expected(&members), &all.groups, &rest);
         // what has no columns, or explains less than nothing, is no better than nothing
         let gain = |id: &str| gains.iter().find(|g| all.groups[g.0.0].id == id).map_or(0.0, |g| g.1.max(0.0));
-        let over = |id| if classes.are_same(&truth.id, id) { 0.0 } else { gain(&truth.id) - gain(id) };
+        // one that this record does not show either may be the truth
+        let is_open = |id: &str| self.hidden.iter().any(|h| h == id) && all.groups.iter().all(|g| g.id != id);
+        let over = |id| {
+            if is_open(id) || classes.are_same(&truth.id, id) { 0.0 } else { gain(&truth.id) - gain(id) }
+        };
         let own = gain(&truth.id);
-        let is_new = |id: &&str| alone && own >= resolution() && self.rivals.iter().all(|r| !r.has(id));
+        let is_known = |id: &str| self.rivals.iter().any(|r| r.has(id)) || self.hidden.iter().any(|h| h == id);
+        let is_new = |id: &&str| alone && own >= resolution() && !is_known(id);
         let new = effects.iter().map(|e| e.about().id).filter(is_new).map(|id| (id, over(id)));
         (own, others.map(|id| (id, over(id))).chain(new.filter(|(_, nats)| *nats < resolution())).collect())
     }

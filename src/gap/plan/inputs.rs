@@ -31,11 +31,21 @@ impl Reference {
     }
 }
 
-/// Inputs of the nominal robot of `config` on `track`, with the channels of `like`.
+/// Whether a log has the torques of both wheels.
+pub(super) fn has_torques(log: &Log) -> bool {
+    log.get(names::TORQUE_LEFT).and(log.get(names::TORQUE_RIGHT)).is_some()
+}
+
+/// Inputs of the nominal robot of `config` on `track`, with the channels of `like`, and torques where `torques`.
 ///
 /// # Errors
 /// [`crate::ErrorKind::Config`] without `[vehicle]`.
-pub(super) fn of_track(config: &Config, track: &Track, like: &Log, reference: Reference) -> Result<Log> {
+pub(super) fn of_track(
+    config: &Config,
+    track: &Track,
+    like: &Log,
+    (reference, torques): (Reference, bool),
+) -> Result<Log> {
     let robot = Rolling::new(config.require_vehicle()?);
     let step_s = like.time.median_step_s();
     let len = (track.duration_s() / step_s).floor() as usize + 1;
@@ -75,7 +85,7 @@ pub(super) fn of_track(config: &Config, track: &Track, like: &Log, reference: Re
     if like.get(names::GYRO_Z).is_some() {
         log.push(names::GYRO_Z, gyro)?;
     }
-    if like.get(names::TORQUE_LEFT).and(like.get(names::TORQUE_RIGHT)).is_some() {
+    if torques || has_torques(like) {
         log.push(names::TORQUE_LEFT, torque_left)?;
         log.push(names::TORQUE_RIGHT, torque_right)?;
     }
@@ -115,7 +125,7 @@ mod tests {
         let limits = Limits { speed_m_s: 0.8, acceleration_m_s2: 1.6, half_track_m: 0.2 };
         for course in &COURSES {
             let track = course.track(limits, 60.0);
-            let inputs = of_track(&config, &track, &like, Reference::None).unwrap();
+            let inputs = of_track(&config, &track, &like, (Reference::None, false)).unwrap();
             let driven = replay(&config, &inputs, &Options::from(1)).unwrap();
             for (name, own) in [("speed_m_s", names::COMMAND_SPEED), ("yaw_rate_rad_s", names::COMMAND_YAW_RATE)] {
                 let off = driven.truth.get(name).unwrap().iter().zip(inputs.get(own).unwrap());
@@ -132,14 +142,17 @@ mod tests {
         let limits = Limits { speed_m_s: 0.8, acceleration_m_s2: 1.6, half_track_m: 0.2 };
         let track = COURSES.iter().find(|c| c.name == "squares").unwrap().track(limits, 60.0);
         let blind = like(&[names::GYRO_Z, names::WHEEL_LEFT, names::WHEEL_RIGHT]);
-        let log = of_track(&config, &track, &blind, Reference::of(&blind)).unwrap();
+        let log = of_track(&config, &track, &blind, (Reference::of(&blind), false)).unwrap();
         assert!(log.get(names::X).is_none() && log.get(names::TORQUE_LEFT).is_none());
-        let marked = of_track(&config, &track, &blind, Reference::Marks).unwrap();
+        let marked = of_track(&config, &track, &blind, (Reference::Marks, true)).unwrap();
         let read = |name: &str| marked.get(name).unwrap().iter().filter(|v| v.is_finite()).count();
         assert_eq!([names::X, names::Y, names::HEADING].map(read), [track.marks_s.len(); 3]);
+        assert!(has_torques(&marked));
         let mut posed = like(&[names::X, names::Y]);
         posed.channels[0].values.iter_mut().enumerate().for_each(|(k, x)| *x = if k % 5 == 0 { 0.0 } else { f64::NAN });
         assert_eq!(Reference::of(&posed), Reference::Every(5));
-        assert!(of_track(&config, &track, &posed, Reference::of(&posed)).unwrap().get(names::HEADING).is_none());
+        assert!(
+            of_track(&config, &track, &posed, (Reference::of(&posed), false)).unwrap().get(names::HEADING).is_none()
+        );
     }
 }

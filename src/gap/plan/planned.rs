@@ -3,7 +3,7 @@
 use super::at_rest::{self, Like, RECORDINGS};
 use super::courses::{COURSES, Limits};
 use super::drives::{self, Drives};
-use super::inputs::{Reference, of_track};
+use super::inputs::{Reference, has_torques, of_track};
 use super::rivals::{Rival, fitted, in_question};
 use super::worth::{Command, Pair, likely_nats, worth};
 use crate::config::{Config, Kind};
@@ -11,18 +11,28 @@ use crate::effects::Library;
 use crate::error::{Error, ErrorKind, Result, one_of};
 use crate::gap::answer::Answer;
 use crate::signal::Log;
+use crate::units::duration_text;
 use rayon::prelude::*;
 use serde::Serialize;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 /// Lengths of a course that follow from that of the log, s.
 const LENGTHS_S: [f64; 2] = [30.0, 300.0];
+/// Longest course that is planned unasked, and longest that is worth a word, s.
+const LONGEST_S: [f64; 2] = [600.0, 3600.0];
+/// Most courses that are planned again, longer.
+const LENGTHENED: usize = 4;
 /// Name of the experiment that repeats the log.
 const AGAIN: &str = "again";
 /// End of the name of a course whose marks are a reference.
 const MARKED: &str = "_marked";
 /// How marks get into a log.
 const MARKS: &str = "Write x_m, y_m and heading_rad of the mark, full turns counted, into the row in which it stands there, and nothing elsewhere.";
+
+/// End of the name of a course on which the torques of the wheels are logged beside what the log has.
+const TORQUES: &str = "_torques";
+/// How torques get into a log.
+const MOTORS: &str = "Log torque_left_n_m and torque_right_n_m too: current of the motor times its torque constant and the gear's ratio.";
 
 /// Settings of a plan.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -32,7 +42,7 @@ pub struct Options {
     /// Names of the experiments to compare; empty: all.
     pub experiments: Vec<String>,
     /// Least length of a course, s; none: that of the log, within half a minute and five; where no course of it tells, also that of
-    /// the course that tells soonest, up to five minutes.
+    /// the course that tells soonest, up to ten minutes.
     pub duration_s: Option<f64>,
     /// Seed of the simulated recordings.
     pub seed: u64,
@@ -43,7 +53,7 @@ pub struct Options {
 /// Effects that a log cannot tell apart, and the experiments that would.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Plan {
-    /// Effects that the log cannot tell apart; fewer than two: there is nothing to plan.
+    /// Effects that the log cannot tell apart and gives a size; without one there is nothing to plan.
     pub rivals: Vec<Rival>,
     /// Evidence from which on a diagnosis tells two of them apart, nats.
     pub resolution_nats: f64,
@@ -94,6 +104,8 @@ struct Experiment {
     how: String,
     load_kg: Option<f64>,
     alone: bool,
+    /// Whether it logs torques that the log lacks.
+    torques: bool,
     commands: Vec<Command>,
     inputs: Log,
 }
@@ -132,29 +144,31 @@ pub fn plan(
         needed: None,
         notes: Vec::new(),
     };
-    let experiments = experiments(config, log, options)?;
+    let mut experiments = experiments(config, log, options)?;
     if ids.len() < 2 {
         return Ok(plan);
     }
-    plan.rivals = fitted((config, log, options.since_power_on_s), library, &ids, &beside)?;
+    let (rivals, hidden) = fitted((config, log, options.since_power_on_s), library, &ids, &beside)?;
+    plan.rivals = rivals;
     let lost = ids.iter().filter(|id| plan.rivals.iter().all(|r| r.id != **id));
-    plan.notes.extend(lost.map(|id| {
-        format!("{id} is left out: the log does not show it, or gives it no size in the place of the others.")
+    plan.notes.extend(lost.map(|id| match hidden.contains(id) {
+        true => format!("The log does not show {id}: only experiments that log more count it among the rivals."),
+        false => format!("{id} is left out: the log gives it no size in the place of the others."),
     }));
-    if plan.rivals.len() < 2 {
+    if plan.rivals.is_empty() || plan.rivals.len() + hidden.len() < 2 {
         return Ok(plan);
     }
+    if plan.rivals.len() < 2 {
+        experiments.retain(|e| e.alone);
+    }
     let of_drives = driving
-        .then(|| Drives::new(config, log, library, &plan.rivals, (options.seed, options.since_power_on_s)))
+        .then(|| Drives::new(config, log, library, (&plan.rivals, hidden), (options.seed, options.since_power_on_s)))
         .transpose()?;
-    let (done, all) = (AtomicUsize::new(0), experiments.len());
-    observe(0, all);
-    let judged = |one: Experiment| -> Result<(usize, Suggestion)> {
+    let judge = |one: Experiment| -> Result<(usize, Suggestion)> {
         let (pairs, shown_nats) = match &of_drives {
             Some(drives) => drives.pairs(&one.inputs, one.load_kg.unwrap_or(0.0), one.alone)?,
             None => (at_rest::pairs(config, &one.inputs, library, &plan.rivals, options.seed)?, f64::INFINITY),
         };
-        observe(done.fetch_add(1, Ordering::Relaxed) + 1, all);
         let (told, nats) = worth(&pairs, resolution_nats);
         let suggestion = Suggestion {
             name: one.name,
@@ -172,17 +186,36 @@ pub fn plan(
         };
         Ok((told, suggestion))
     };
-    let judged = |all: Vec<Experiment>| all.into_par_iter().map(judged).collect::<Result<Vec<_>>>();
-    let mut suggestions = judged(experiments)?;
-    if driving
-        && options.duration_s.is_none()
-        && let Some((name, duration_s)) = longer(&suggestions, resolution_nats)
-    {
-        let options = Options { duration_s: Some(duration_s), experiments: vec![name], ..options.clone() };
-        suggestions.extend(judged(self::experiments(config, log, &options)?)?);
+    let judged = |all: Vec<Experiment>| {
+        let (done, of) = (AtomicUsize::new(0), all.len());
+        observe(0, of);
+        let one = |one| {
+            let judged = judge(one);
+            observe(done.fetch_add(1, Ordering::Relaxed) + 1, of);
+            judged
+        };
+        all.into_par_iter().map(one).collect::<Result<Vec<_>>>()
+    };
+    // sensors that the robot may not have are asked for only where its own do not tell
+    let is_asked = |e: &Experiment| !e.torques || !options.experiments.is_empty();
+    let (own, more) = experiments.into_iter().partition(is_asked);
+    let mut suggestions: Vec<(usize, Suggestion)> = Vec::new();
+    for stage in [own, more] {
+        if suggestions.iter().any(|(_, e)| e.separates) {
+            break;
+        }
+        suggestions.extend(judged(stage)?);
+        for _ in 0..if driving && options.duration_s.is_none() { LENGTHENED } else { 0 } {
+            let told = suggestions.iter().map(|s| &s.1);
+            let Some((name, lasts_s)) = soonest(told, resolution_nats, LONGEST_S[0]) else { break };
+            let experiments = vec![name.to_owned()];
+            let options = Options { duration_s: Some(lasts_s), experiments, ..options.clone() };
+            suggestions.extend(judged(self::experiments(config, log, &options)?)?);
+        }
     }
     suggestions.sort_by(|(told_a, a), (told_b, b)| told_b.cmp(told_a).then(b.nats.total_cmp(&a.nats)));
-    let lacking = of_drives.as_ref().map(Drives::lacking).transpose()?;
+    let tried = suggestions.iter().any(|(_, e)| has_torques(&e.inputs));
+    let lacking = of_drives.as_ref().map(|drives| drives.lacking(tried)).transpose()?;
     plan.experiments = suggestions.into_iter().map(|s| s.1).collect();
     if plan.first().is_none() {
         plan.needed = Some(needed(&plan.experiments, resolution_nats, lacking.as_deref()));
@@ -190,22 +223,29 @@ pub fn plan(
     Ok(plan)
 }
 
-/// Where no experiment separates, the name of the course that would in the shortest time, and that time, s: within the longest that
-/// follows from a log. Evidence grows with the length of a course, or faster.
-fn longer(suggestions: &[(usize, Suggestion)], resolution_nats: f64) -> Option<(String, f64)> {
+/// Where no experiment separates, the course that would in the shortest time, and that time, s, if it is at most `longest_s`. Evidence
+/// grows with the length of a course, or faster; a course that was judged at several lengths counts with the longest.
+fn soonest<'a>(
+    experiments: impl Iterator<Item = &'a Suggestion> + Clone,
+    resolution_nats: f64,
+    longest_s: f64,
+) -> Option<(&'a str, f64)> {
     let wanted_nats = likely_nats(resolution_nats);
     let lasts_s = |e: &Suggestion| e.duration_s * wanted_nats / e.nats;
-    let told = |e: &&Suggestion| e.name != AGAIN && e.nats > 0.0 && lasts_s(e) <= LENGTHS_S[1];
-    let all = || suggestions.iter().map(|(_, e)| e);
-    if all().any(|e| e.separates) {
+    let longest = |e: &Suggestion| experiments.clone().all(|o| o.name != e.name || o.duration_s <= e.duration_s);
+    let tells = |e: &&Suggestion| e.name != AGAIN && e.nats > 0.0 && lasts_s(e) <= longest_s && longest(e);
+    if experiments.clone().any(|e| e.separates) {
         return None;
     }
-    let first = all().filter(told).min_by(|a, b| lasts_s(a).total_cmp(&lasts_s(b)))?;
-    Some((first.name.clone(), lasts_s(first)))
+    let first = experiments.clone().filter(tells).min_by(|a, b| lasts_s(a).total_cmp(&lasts_s(b)))?;
+    Some((&first.name, lasts_s(first)))
 }
 
-/// Sentence on the measurements needed where no experiment tells rivals apart; `lacking`: channels that a drive lacks, none at rest.
+/// Sentences on what is needed where no experiment tells rivals apart; `lacking`: channels that a drive lacks, none at rest.
 fn needed(experiments: &[Suggestion], resolution_nats: f64, lacking: Option<&[&str]>) -> String {
+    if let (Some(_), Some((name, lasts_s))) = (lacking, soonest(experiments.iter(), resolution_nats, LONGEST_S[1])) {
+        return format!("The course that tells soonest is {name}: plan courses of {}.", duration_text(lasts_s));
+    }
     if experiments.iter().all(|e| e.shown_nats < resolution_nats) {
         return "As large as this log has them, none of them shows in an experiment of this length: plan longer ones, or start from a log \
                 that shows one."
@@ -252,6 +292,7 @@ fn of_rest(config: &Config, log: &Log) -> Result<Vec<Experiment>> {
             how: recording.how.into(),
             load_kg: None,
             alone: true,
+            torques: false,
             commands: Vec::new(),
             inputs,
         })
@@ -273,6 +314,7 @@ fn of_drives(config: &Config, log: &Log, options: &Options) -> Result<Vec<Experi
         how: again.into(),
         load_kg: None,
         alone: false,
+        torques: false,
         commands: Vec::new(),
         inputs: log.clone(),
     }];
@@ -282,18 +324,27 @@ fn of_drives(config: &Config, log: &Log, options: &Options) -> Result<Vec<Experi
         let load_kg = course.load_kg(vehicle.mass_kg);
         let loaded = config.carrying(load_kg.unwrap_or(0.0));
         let marked = (reference == Reference::None && !course.marked.is_empty()).then_some(Reference::Marks);
-        for reference in std::iter::once(reference).chain(marked) {
-            let alone = reference == Reference::Marks;
-            let inputs = of_track(&loaded, &track, log, reference)?;
-            let (name, how) = match alone {
-                true => (format!("{}{MARKED}", course.name), format!("{} {} {MARKS}", course.how, course.marked)),
-                false => (course.name.into(), course.how.into()),
+        let references = std::iter::once(reference).chain(marked);
+        let logged = references.flat_map(|r| [false, true].map(|torques| (r, torques)));
+        for (reference, torques) in logged.filter(|(_, torques)| !(*torques && has_torques(log))) {
+            let marks = reference == Reference::Marks;
+            let (mut name, mut how) = (course.name.to_owned(), course.how.to_owned());
+            let mut add = |end: &str, sentences: &[&str]| {
+                name.push_str(end);
+                sentences.iter().for_each(|one| how.extend([" ", one]));
             };
-            let how = match load_kg {
-                Some(load_kg) => format!("{how} The load is {} kg.", vehicle.load_kg + load_kg),
-                None => how,
-            };
-            all.push(Experiment { name, how, load_kg, alone, commands: commands.clone(), inputs });
+            if marks {
+                add(MARKED, &[course.marked, MARKS]);
+            }
+            if torques {
+                add(TORQUES, &[MOTORS]);
+            }
+            if let Some(load_kg) = load_kg {
+                add("", &[&format!("The load is {} kg.", vehicle.load_kg + load_kg)]);
+            }
+            let inputs = of_track(&loaded, &track, log, (reference, torques))?;
+            let (alone, commands) = (marks || torques, commands.clone());
+            all.push(Experiment { name, how, load_kg, alone, torques, commands, inputs });
         }
     }
     Ok(all)

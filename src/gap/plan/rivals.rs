@@ -78,7 +78,8 @@ pub(super) fn in_question(
     Ok((class, beside))
 }
 
-/// The effects `ids` as rivals, each fitted to `log` with the effects `beside`; the log gives no size to those that are missing.
+/// The effects `ids` as rivals, each fitted to `log` with the effects `beside`, and those that nothing in the log would show. The log
+/// gives no size to those that are in neither.
 ///
 /// # Errors
 /// Those of [`explain`]; of effects that nothing in the log would show only if it shows none of them.
@@ -87,7 +88,7 @@ pub(super) fn fitted(
     library: &Library,
     ids: &[String],
     beside: &[String],
-) -> Result<Vec<Rival>> {
+) -> Result<(Vec<Rival>, Vec<String>)> {
     let one = |id: &String| -> Result<Option<Rival>> {
         let all: Vec<&str> = std::iter::once(id).chain(beside).map(String::as_str).collect();
         let found = explain(config, log, library, &all, since_power_on_s)?;
@@ -101,8 +102,9 @@ pub(super) fn fitted(
     let all: Vec<Result<Option<Rival>>> = ids.par_iter().map(one).collect();
     let shown = all.iter().any(Result::is_ok);
     let is_hidden = |one: &Result<_>| shown && one.as_ref().is_err_and(|e| e.kind == ErrorKind::Column);
-    let all = all.into_iter().filter(|one| !is_hidden(one)).collect::<Result<Vec<_>>>()?;
-    Ok(all.into_iter().flatten().collect())
+    let (hidden, fitted): (Vec<_>, Vec<_>) = ids.iter().zip(all).partition(|(_, one)| is_hidden(one));
+    let rivals = fitted.into_iter().map(|(_, one)| one).collect::<Result<Vec<_>>>()?;
+    Ok((rivals.into_iter().flatten().collect(), hidden.into_iter().map(|(id, _)| id.clone()).collect()))
 }
 
 #[cfg(test)]

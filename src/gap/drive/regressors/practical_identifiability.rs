@@ -82,11 +82,14 @@ pub(crate) fn separate_by(record: &Record, apart: Option<f64>) -> String {
     if lacking.is_empty() { drive } else { format!("{} in the log; {drive}", lacking.join(", or ")) }
 }
 
+/// Channels that effects which act on forces need, in words.
+pub(crate) const TORQUES: &str = "the wheels' torques";
+
 /// Channels that a drive lacks, in words.
 pub(crate) fn lacking(record: &Record) -> Vec<&'static str> {
     let channels = [
         ("a pose reference", record.pose.is_none()),
-        ("the wheels' torques", record.torques_n_m.is_none()),
+        (TORQUES, record.torques_n_m.is_none()),
         ("a gyro", record.gyro_rad_s.is_none()),
     ];
     channels.iter().filter(|c| c.1).map(|c| c.0).collect()
