@@ -1,8 +1,8 @@
 //! E = ln p(z | truth) - ln p(z | rival) at the readings that the truth predicts on average, of the log and an experiment together
 //!
-//! The model of the truth is linearised at the sizes that were simulated with the columns of every rival, as the diagnosis does that
-//! says which effects are alike. Effects of several forms have the sizes that are fitted to both simulated drives. Chance in the readings plays no part. What is the same to every reading of
-//! both drives is worth nothing.
+//! The model of the truth is linearised at the sizes that were simulated, with the columns of every rival, as the diagnosis does
+//! that says which effects are alike. Effects of several forms have the sizes that are fitted to both simulated drives. Chance in
+//! the readings plays no part. What is the same to every reading of both drives is worth nothing.
 
 use super::rivals::Rival;
 use super::worth::Pair;

@@ -104,8 +104,6 @@ struct Experiment {
     how: String,
     load_kg: Option<f64>,
     alone: bool,
-    /// Whether it logs torques that the log lacks.
-    torques: bool,
     commands: Vec<Command>,
     inputs: Log,
 }
@@ -197,7 +195,8 @@ pub fn plan(
         all.into_par_iter().map(one).collect::<Result<Vec<_>>>()
     };
     // sensors that the robot may not have are asked for only where its own do not tell
-    let is_asked = |e: &Experiment| !e.torques || !options.experiments.is_empty();
+    let is_more = |e: &Experiment| has_torques(&e.inputs) && !has_torques(log);
+    let is_asked = |e: &Experiment| !is_more(e) || !options.experiments.is_empty();
     let (own, more) = experiments.into_iter().partition(is_asked);
     let mut suggestions: Vec<(usize, Suggestion)> = Vec::new();
     for stage in [own, more] {
@@ -292,7 +291,6 @@ fn of_rest(config: &Config, log: &Log) -> Result<Vec<Experiment>> {
             how: recording.how.into(),
             load_kg: None,
             alone: true,
-            torques: false,
             commands: Vec::new(),
             inputs,
         })
@@ -314,7 +312,6 @@ fn of_drives(config: &Config, log: &Log, options: &Options) -> Result<Vec<Experi
         how: again.into(),
         load_kg: None,
         alone: false,
-        torques: false,
         commands: Vec::new(),
         inputs: log.clone(),
     }];
@@ -344,7 +341,7 @@ fn of_drives(config: &Config, log: &Log, options: &Options) -> Result<Vec<Experi
             }
             let inputs = of_track(&loaded, &track, log, (reference, torques))?;
             let (alone, commands) = (marks || torques, commands.clone());
-            all.push(Experiment { name, how, load_kg, alone, torques, commands, inputs });
+            all.push(Experiment { name, how, load_kg, alone, commands, inputs });
         }
     }
     Ok(all)
