@@ -78,7 +78,7 @@ pub(crate) fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) 
 
 /// The hint for a `name` that is none of `known`: the nearest one, and all there are.
 #[must_use]
-pub fn one_of(name: &str, known: &[&str]) -> String {
+pub(crate) fn one_of(name: &str, known: &[&str]) -> String {
     let all = format!("there are {}", known.join(", "));
     nearest(name, known.iter().copied()).map_or_else(|| all.clone(), |meant| format!("did you mean {meant}? {all}"))
 }

@@ -130,7 +130,7 @@ impl fmt::Display for TimeUnit {
 
 /// A duration for people: `0 s`, `100 ms`, `12.3 s`, `4.2 min`, `1.5 h`, `2.3 d`.
 #[must_use]
-pub fn duration_text(seconds: f64) -> String {
+pub(crate) fn duration_text(seconds: f64) -> String {
     let s = seconds.abs();
     if !seconds.is_finite() {
         return "unbounded".into();

@@ -21,7 +21,7 @@ from gyroid._call import option
 ELSEWHERE = {
     *("accept", "force", "help", "json", "quiet", "version"),
     *("out", "plot", "no-plot", "html", "save-config", "truth", "why", "write-sim", "write-twin"),
-    *("patch", "simulate", "ranges"),
+    *("patch", "simulate", "ranges", "mcap"),
     *("axes", "config", "jobs", "keep-outlying", "list", "results", "resume", "shard"),
 }
 

@@ -37,7 +37,7 @@ impl Thermal {
     /// Error at `temperature_c` less that at the reference, rad/s.
     #[inline]
     #[must_use]
-    pub fn above_reference_rad_s(&self, temperature_c: f64) -> f64 {
+    pub(crate) fn above_reference_rad_s(&self, temperature_c: f64) -> f64 {
         let rise = temperature_c - self.reference_c;
         rise * (self.sensitivity_rad_s_k + rise * self.curvature_rad_s_k2)
     }
@@ -45,7 +45,7 @@ impl Thermal {
     /// Derivatives of the error at `temperature_c` by b (1), s (K) and q (K²).
     #[inline]
     #[must_use]
-    pub fn gradient(&self, temperature_c: f64) -> [f64; 3] {
+    pub(crate) fn gradient(&self, temperature_c: f64) -> [f64; 3] {
         let rise = temperature_c - self.reference_c;
         [1.0, rise, rise * rise]
     }

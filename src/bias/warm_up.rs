@@ -41,14 +41,14 @@ impl WarmUp {
 
     /// Error in the warm state, C1 + C2, rad/s.
     #[must_use]
-    pub fn warm_error_rad_s(&self) -> f64 {
+    pub(crate) fn warm_error_rad_s(&self) -> f64 {
         self.c1_rad_s + self.c2_rad_s
     }
 
     /// Derivatives of the error at `t_s` by C1 (1), C2 (1) and T (rad/s²).
     #[inline]
     #[must_use]
-    pub fn gradient(&self, t_s: f64) -> [f64; 3] {
+    pub(crate) fn gradient(&self, t_s: f64) -> [f64; 3] {
         let u = t_s / self.time_constant_s;
         [-(-u).exp_m1(), 1.0, -self.c1_rad_s * u * (-u).exp() / self.time_constant_s]
     }
@@ -56,7 +56,7 @@ impl WarmUp {
     /// The same error told by a log whose clock starts `offset_s` after power-on:
     /// C1 exp(-t0/T) in the place of C1, e(t0) in the place of C2.
     #[must_use]
-    pub fn seen_from(&self, offset_s: f64) -> Self {
+    pub(crate) fn seen_from(&self, offset_s: f64) -> Self {
         Self {
             c1_rad_s: self.c1_rad_s * (-offset_s / self.time_constant_s).exp(),
             c2_rad_s: self.error_rad_s(offset_s),

@@ -17,6 +17,7 @@ mod inspect;
 mod log_args;
 mod log_values;
 mod man;
+mod mcap;
 mod merge;
 mod mounting_args;
 mod navigate;

@@ -5,6 +5,7 @@ mod results;
 use super::drive_args::DriveArgs;
 use super::drive_plot::{self, Estimated};
 use super::html::{self, HtmlArgs};
+use super::mcap::McapArgs;
 use super::outcome::Outcome;
 use super::output::{Common, Output};
 use super::places;
@@ -17,6 +18,7 @@ use gyroid::navigate::{
     Alignment, Consistency, ReferenceErrors, Run, Settings, Standstill, Summary, WheelModel, WheelSlip,
 };
 use gyroid::report::html::{DrivePage, drive_page};
+use gyroid::report::mcap::{DriveRecording, Shown};
 use gyroid::signal::Log;
 use gyroid::units::{RAD_S_PER_DEG_S, duration_text};
 use gyroid::{Error, ErrorKind, Result};
@@ -58,6 +60,8 @@ pub(crate) struct NavigateArgs {
     plot: Vec<PathBuf>,
     #[command(flatten)]
     page: HtmlArgs,
+    #[command(flatten)]
+    recording: McapArgs,
     /// Write and draw each pose given the readings up to it, as the robot knew it on its way: it jumps as the filter learns
     #[arg(long)]
     filtered: bool,
@@ -125,6 +129,7 @@ impl NavigateArgs {
             },
             standstill: (!self.no_zero_updates)
                 .then_some(Standstill { within_noise: self.zero_updates, ..Standstill::default() }),
+            innovations: self.recording.wanted(),
             ..Settings::default()
         }
     }
@@ -134,12 +139,13 @@ pub(crate) fn run(args: &NavigateArgs) -> Result<Outcome> {
     places::check("navigate", &args.config, "", &args.logs)?;
     let plan = Plan::new().reads([&args.config]).reads(&args.logs).writes("--out", &args.out);
     let plan = plan.updates("--save-config", &args.save_config).writes("--plot", drive_plot::files(&args.plot));
-    let plan = args.page.planned(plan);
+    let plan = args.recording.planned(args.page.planned(plan));
     let output = Output::open(&args.common, "navigate", plan)?;
     let out = args.out.as_ref().map(LogWriter::claim).transpose()?;
     let save = args.save_config.as_ref().map(OutputFile::claim).transpose()?;
     let plots: Vec<OutputFile> = drive_plot::claim(&args.plot)?;
     let page = args.page.claim()?;
+    let mcap = args.recording.claim()?;
     let name = args.config.display().to_string();
     let named = |error: Error| if error.input == "configuration" { error.named(&name) } else { error };
     // without a gyro in the drive [gyro] may be missing
@@ -197,6 +203,18 @@ pub(crate) fn run(args: &NavigateArgs) -> Result<Outcome> {
             };
             html::write(file, &drive_page(&drive, &origin)?, &output)?;
         }
+    }
+    if let Some(mcap) = mcap {
+        let run = results.written();
+        let drive = DriveRecording {
+            config: &config,
+            log,
+            run,
+            pose: pose(run),
+            without: results.with.as_ref().map(|_| pose(&results.without)),
+            text: &text(args, &config, &results, &recording.notes),
+        };
+        mcap.write(Shown::Navigation, |file| drive.write(file), &output)?;
     }
     output.finish(&results.json(&recording.notes))?;
     Ok(if fit_for_use || args.accept { Outcome::Done } else { Outcome::Unfit })

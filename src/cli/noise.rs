@@ -3,6 +3,7 @@
 use super::axes::{self, Section};
 use super::html::{self, HtmlArgs};
 use super::log_args::{LogArgs, LogRead};
+use super::mcap::McapArgs;
 use super::noise_write::WriteArgs;
 use super::outcome::Outcome;
 use super::output::{Common, Output};
@@ -14,6 +15,7 @@ use gyroid::identify::terms::{TermOptions, WarmUpRemoval, noise_model, noise_mod
 use gyroid::noise::TermKind;
 use gyroid::noise::datasheet::Datasheet;
 use gyroid::report::html::noise_page;
+use gyroid::report::mcap::{NoiseRecording, Shown};
 use gyroid::report::plot::Format;
 use gyroid::report::{LogFacts, NoiseReport};
 use gyroid::signal::names;
@@ -57,6 +59,8 @@ pub(crate) struct NoiseArgs {
     plot: Vec<PathBuf>,
     #[command(flatten)]
     page: HtmlArgs,
+    #[command(flatten)]
+    recording: McapArgs,
     #[command(flatten)]
     write: WriteArgs,
     /// Probability at which a model that fits is called unfit
@@ -112,6 +116,7 @@ pub(crate) fn run(args: &NoiseArgs) -> Result<Outcome> {
             ("--write", args.write.write.is_some()),
             ("--plot", !args.plot.is_empty()),
             ("--html", args.page.wanted()),
+            ("--mcap", args.recording.wanted()),
         ])?;
         let output = Output::open(&args.common, "noise", plan(args))?;
         let options = options(args)?;
@@ -126,6 +131,7 @@ pub(crate) fn run(args: &NoiseArgs) -> Result<Outcome> {
     let plots = args.plot.iter().map(|path| Format::of(path).and_then(|_| OutputFile::claim(path)));
     let plots = plots.collect::<Result<Vec<_>>>()?;
     let page = args.page.claim()?;
+    let mcap = args.recording.claim()?;
     let options = options(args)?;
     let pending = args.write.claim()?;
 
@@ -148,6 +154,13 @@ pub(crate) fn run(args: &NoiseArgs) -> Result<Outcome> {
         let origin = html::origin([args.log.path()].into_iter().chain(args.config.as_deref()))?;
         html::write(file, &noise_page(&report, &origin)?, &output)?;
     }
+    if let Some(mcap) = mcap {
+        let readings = match &log {
+            LogRead::Whole(recording, time) => Some((time, recording.log.require(names::GYRO_Z)?)),
+            LogRead::Streamed(_) => None,
+        };
+        mcap.write(Shown::Noise, |file| NoiseRecording { report: &report, readings }.write(file), &output)?;
+    }
     let usable = report.fits() || args.write.accept;
     let written = match pending {
         Some(pending) if usable => Some(pending.write(&report, &output)?),
@@ -165,7 +178,7 @@ pub(crate) fn run(args: &NoiseArgs) -> Result<Outcome> {
 
 fn plan(args: &NoiseArgs) -> Plan {
     let plan = Plan::new().reads([args.log.path()]).reads(&args.config).writes("--plot", &args.plot);
-    args.write.planned(args.page.planned(plan))
+    args.write.planned(args.recording.planned(args.page.planned(plan)))
 }
 
 fn facts(args: &NoiseArgs, log: &LogRead) -> LogFacts {

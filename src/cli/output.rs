@@ -116,6 +116,11 @@ impl Output {
         Ok(Self { command, json, silent })
     }
 
+    /// The command, as its JSON's schema names it.
+    pub(super) fn command(&self) -> &'static str {
+        self.command
+    }
+
     /// Whether text is wanted.
     pub(super) fn talks(&self) -> bool {
         !self.silent

@@ -39,7 +39,7 @@ impl ActsOn {
 
     /// Whether it acts on a robot that drives, and not on a gyro alone.
     #[must_use]
-    pub fn is_of_drives(self) -> bool {
+    pub(crate) fn is_of_drives(self) -> bool {
         self != Self::GyroBiasRadS
     }
 }

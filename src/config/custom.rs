@@ -53,7 +53,7 @@ pub struct CustomParameter {
 impl CustomParameter {
     /// A step from the null value that is plausible, to the side that the bounds leave open.
     #[must_use]
-    pub fn inwards(&self) -> f64 {
+    pub(crate) fn inwards(&self) -> f64 {
         let [low, high] = self.bounds;
         let null = self.null.unwrap_or(low);
         if high - null >= null - low { self.plausible[1].min(high - null) } else { -self.plausible[1].min(null - low) }

@@ -34,13 +34,13 @@ impl Law {
 
     /// Whether it follows the signal at this place in [`super::ActsOn::signals`].
     #[must_use]
-    pub fn uses_signal(&self, at: usize) -> bool {
+    pub(crate) fn uses_signal(&self, at: usize) -> bool {
         at < self.signals && self.expression.uses(at)
     }
 
     /// Whether the parameter at this place is in it.
     #[must_use]
-    pub fn uses_parameter(&self, at: usize) -> bool {
+    pub(crate) fn uses_parameter(&self, at: usize) -> bool {
         self.expression.uses(self.signals + at)
     }
 }

@@ -118,7 +118,7 @@ impl Config {
     /// The same without `[gyro.temperature]`, for users of the warm-up by elapsed time alone, and a note where the
     /// table was there.
     #[must_use]
-    pub fn by_elapsed_time(mut self) -> (Self, Option<String>) {
+    pub(crate) fn by_elapsed_time(mut self) -> (Self, Option<String>) {
         let table = self.gyro.as_mut().and_then(|g| g.temperature.take());
         let note = "[gyro.temperature] is not used here: the gyro warms up by elapsed time, as c1_rad_s, c2_rad_s and \
                     time_constant_s of the same file say";
@@ -149,7 +149,7 @@ impl Config {
     ///
     /// # Errors
     /// [`ErrorKind::Config`] if it is missing.
-    pub fn require_traction(&self) -> Result<&Traction> {
+    pub(crate) fn require_traction(&self) -> Result<&Traction> {
         self.traction.as_ref().ok_or_else(|| missing_table("traction"))
     }
 

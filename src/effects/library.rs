@@ -70,7 +70,7 @@ impl Library {
 
     /// The effect of drives `id`, unless it is unknown or withheld.
     #[must_use]
-    pub fn driving_by_id(&self, id: &str) -> Option<&'static dyn Driving> {
+    pub(crate) fn driving_by_id(&self, id: &str) -> Option<&'static dyn Driving> {
         self.driving().find(|e| e.about().id == id)
     }
 }

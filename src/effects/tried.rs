@@ -33,7 +33,7 @@ impl Tried {
     }
 
     /// One more size.
-    pub fn or_size(mut self, pairs: &[(&str, f64)]) -> Self {
+    pub(crate) fn or_size(mut self, pairs: &[(&str, f64)]) -> Self {
         self.sizes.push(of(pairs));
         self
     }
@@ -50,7 +50,7 @@ impl Tried {
     }
 
     /// Told up to a constant.
-    pub fn up_to_constant(self) -> Self {
+    pub(crate) fn up_to_constant(self) -> Self {
         Self { up_to_constant: true, ..self }
     }
 }

@@ -7,6 +7,7 @@
 //! | Parquet | key `gyroid` in the file's metadata |
 //! | PNG | text chunk `Software` |
 //! | SVG, HTML and other text | [`text()`] near the beginning |
+//! | MCAP of results | [`text()`] as the library of its header; a live recording is the user's |
 //!
 //! A configuration that was changed by hand has lost its mark: its checksum no longer fits. CSV has no place for one.
 
@@ -43,7 +44,7 @@ pub fn text() -> String {
 
 /// The value of the key `schema` of what `command` writes as JSON: `gyroid.fit/1`.
 #[must_use]
-pub fn json_schema(command: &str) -> String {
+pub(crate) fn json_schema(command: &str) -> String {
     format!("gyroid.{command}/1")
 }
 
@@ -59,7 +60,7 @@ pub(super) fn parquet() -> KeyValue {
 
 /// Ends a configuration without provenance with the digest of its lines.
 #[must_use]
-pub fn with_digest(text: String) -> String {
+pub(crate) fn with_digest(text: String) -> String {
     let digest = sha256_hex(&text);
     format!("{text}{DIGEST}{digest}\n")
 }

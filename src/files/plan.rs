@@ -57,7 +57,7 @@ impl Plan {
 
     /// Adds tables of results that the command appends to.
     #[must_use]
-    pub fn resumes<P: AsRef<Path>>(self, option: &'static str, paths: impl IntoIterator<Item = P>) -> Self {
+    pub(crate) fn resumes<P: AsRef<Path>>(self, option: &'static str, paths: impl IntoIterator<Item = P>) -> Self {
         self.with(option, paths, Replaces::Table)
     }
 

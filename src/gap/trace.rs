@@ -104,7 +104,7 @@ impl Step {
 pub(crate) const NOMINAL: &str = "nominal simulator";
 
 /// Notes on a recording as steps of the stage [`TraceStage::Data`].
-pub fn of_notes<'a>(notes: impl IntoIterator<Item = &'a String>) -> impl Iterator<Item = Step> {
+pub(crate) fn of_notes<'a>(notes: impl IntoIterator<Item = &'a String>) -> impl Iterator<Item = Step> {
     notes.into_iter().map(|note| Step::new(TraceStage::Data, "recording", Decision::Noted, note.as_str()))
 }
 

@@ -107,7 +107,7 @@ impl Fit {
     /// Whether both weightings disagree: in C1, C2 or T, by more than the root of the sum of both variances. `false` where
     /// there is but one.
     #[must_use]
-    pub fn weightings_disagree(&self) -> bool {
+    pub(crate) fn weightings_disagree(&self) -> bool {
         let numbers = |fit: &Self| [fit.c1_rad_s, fit.c2_rad_s, fit.time_constant_s];
         self.other_weighting.as_deref().is_some_and(|other| {
             let pairs = numbers(self).into_iter().zip(numbers(other));

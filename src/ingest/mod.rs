@@ -72,7 +72,7 @@ pub fn read_gyro(path: impl AsRef<Path>, query: &GyroQuery) -> Result<GyroRecord
 ///
 /// # Errors
 /// As [`read_gyro`] if the file cannot be opened; [`ErrorKind::Column`] if it has topics, and none with a gyro.
-pub fn gyro_topics(path: impl AsRef<Path>) -> Result<Option<Vec<Topic>>> {
+pub(crate) fn gyro_topics(path: impl AsRef<Path>) -> Result<Option<Vec<Topic>>> {
     formats::gyro_topics(path.as_ref())
 }
 

@@ -52,7 +52,7 @@ impl Scene {
 
     /// Temperature at power-on, °C; else the mean of the first second; `None` without a temperature.
     #[must_use]
-    pub fn first_temperature_c(&self) -> Option<f64> {
+    pub(crate) fn first_temperature_c(&self) -> Option<f64> {
         let values = self.temperature_c.as_ref().filter(|t| !t.is_empty())?;
         let rows = ((1.0 / self.step_s).round().max(1.0) as usize).min(values.len());
         self.power_on_temperature_c.or_else(|| Some(values[..rows].iter().sum::<f64>() / rows as f64))

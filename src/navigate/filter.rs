@@ -335,7 +335,7 @@ impl<const N: usize, M: MotionModel<N>> Filter<N, M> {
 
     /// Variance of a reading of `sensor`, in the square of its unit.
     #[must_use]
-    pub fn noise_variance(&self, sensor: Sensor) -> f64 {
+    pub(crate) fn noise_variance(&self, sensor: Sensor) -> f64 {
         self.noise_variances[sensor as usize]
     }
 

@@ -137,6 +137,8 @@ pub struct Settings {
     /// Whether to smooth: each row's estimate given all readings of the log ([`Run::smoothed`]), beside that given the readings up
     /// to it.
     pub smooth: bool,
+    /// Whether to keep each reading's innovation ([`Run::innovations`]).
+    pub innovations: bool,
 }
 
 impl Default for Settings {
@@ -153,6 +155,7 @@ impl Default for Settings {
             off_time_s: None,
             standstill: Some(Standstill::EXACT),
             smooth: false,
+            innovations: false,
         }
     }
 }

@@ -1,6 +1,7 @@
 //! The results of the filter over a log: the track row by row, and the run in numbers.
 
 use super::consistency::Consistency;
+use super::reading::{Innovation, Sensor};
 use super::reference::ReferenceErrors;
 use super::standstill::StandstillSummary;
 use super::table::WheelSlip;
@@ -16,6 +17,9 @@ pub struct Run {
     pub pose: Log,
     /// The same given all readings of the log, where the settings ask for it.
     pub smoothed: Option<Smoothed>,
+    /// Each reading's time, s, its sensor and its innovation, in the order in which the filter took them in; empty where the
+    /// settings do not ask for them.
+    pub innovations: Vec<(f64, Sensor, Innovation)>,
 }
 
 /// Rows given all readings of the log: one path, where the filter's rows jump from one to the next as it learns.

@@ -136,6 +136,7 @@ pub(super) fn over_log<const N: usize, M: MotionModel<N>>(
         settings.standstill.map(|rule| Detector::new(rule, config, log, &odometry, &times)).transpose()?;
     let mut standstill = None;
     let mut gatherer = Gatherer::new();
+    let mut innovations = Vec::new();
     let mut errors = ErrorSums::default();
     let slip_modelled = filter.slips().is_some();
     if settings.smooth {
@@ -153,6 +154,9 @@ pub(super) fn over_log<const N: usize, M: MotionModel<N>>(
         for (sensor, values) in &sensors.readings {
             if let Some(innovation) = filter.update(*sensor, values[k]) {
                 gatherer.add(*sensor, &innovation);
+                if settings.innovations {
+                    innovations.push((times[k], *sensor, innovation));
+                }
             }
         }
         if let Some(variances) = detector.as_mut().and_then(|d| d.variances(k)) {
@@ -195,6 +199,9 @@ pub(super) fn over_log<const N: usize, M: MotionModel<N>>(
                 };
                 if let Some(innovation) = innovation {
                     gatherer.add(mean.sensor, &innovation);
+                    if settings.innovations {
+                        innovations.push((mean.middle_s.max(at_s), mean.sensor, innovation));
+                    }
                 }
             }
             filter.predict(inputs.at(k), next - at_s);
@@ -236,7 +243,7 @@ pub(super) fn over_log<const N: usize, M: MotionModel<N>>(
         reference: errors,
         notes,
     };
-    Ok(Run { summary, pose: table.finish(&log.source, log.time.clone())?, smoothed })
+    Ok(Run { summary, pose: table.finish(&log.source, log.time.clone())?, smoothed, innovations })
 }
 
 /// Smooths the filter's pass; `reference` comes with the share of the path over which tracks are aligned with it.

@@ -260,7 +260,7 @@ pub fn deviations(rates: &[f64], step_s: f64, averaged: &[usize], deviation: Dev
 
 /// The same where the integrated rate ([`angles`]) is there already.
 #[must_use]
-pub fn of_angles(
+pub(crate) fn of_angles(
     rates: &[f64],
     theta: &[f64],
     step_s: f64,

@@ -31,7 +31,7 @@ pub struct Colour {
 impl Colour {
     /// Whether there is neither a low-pass nor a band.
     #[must_use]
-    pub fn is_white(&self) -> bool {
+    pub(crate) fn is_white(&self) -> bool {
         self.low_pass.is_none() && self.bands.is_empty()
     }
 
@@ -51,7 +51,7 @@ impl Colour {
     }
 
     /// Takes the colour out of `values`, rad/s, which are evenly spaced, without gaps and about zero.
-    pub fn take_out(&self, white_std_rad_s: f64, step_s: f64, values: &mut Vec<f64>) {
+    pub(crate) fn take_out(&self, white_std_rad_s: f64, step_s: f64, values: &mut Vec<f64>) {
         let len = values.len();
         let omega: Vec<f64> = (0..len).map(|k| PI * k as f64 / len as f64).collect();
         let power = self.powers(white_std_rad_s, step_s, &omega);

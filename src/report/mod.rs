@@ -7,6 +7,7 @@ mod figure;
 pub(crate) mod fit;
 mod gap;
 pub(crate) mod html;
+pub(crate) mod mcap;
 mod noise;
 mod numbers;
 mod plan;

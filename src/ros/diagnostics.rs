@@ -1,7 +1,6 @@
 //! The node's report on itself once a second, as `diagnostic_msgs`.
 
-use super::fixed::Text;
-use super::messages::{DiagnosticArray, DiagnosticStatus, Header, KeyValue, Stamp};
+use super::messages::{DiagnosticArray, DiagnosticStatus, Header, KeyValue, stamp_now};
 use super::options::Options;
 use super::report::Report;
 
@@ -55,7 +54,7 @@ pub(super) fn status(
     ] {
         put(key, count.to_string());
     }
-    let header = Header { stamp: Stamp::now(), frame_id: Text::default() };
+    let header = Header { stamp: stamp_now(), ..Header::default() };
     let name = format!("{}: gyro bias", options.name);
     let status = DiagnosticStatus { level, name, message, hardware_id: options.topics.imu.clone(), values };
     DiagnosticArray { header, status: vec![status] }

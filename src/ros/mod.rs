@@ -10,9 +10,7 @@
 //! What takes time (files, configurations, texts) is done by threads of their own, so that no sample waits for a disk.
 
 mod diagnostics;
-mod fixed;
 mod keeper;
-mod mcap;
 mod messages;
 mod node;
 mod options;

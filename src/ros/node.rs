@@ -29,9 +29,6 @@ const TURN: usize = 4096;
 /// Shortest time between two messages on `~/bias`, s.
 const BIAS_EVERY_S: f64 = 0.1;
 
-/// Variance of a quantity that is not known, (rad/s)² or (m/s)²: large against any robot's motion.
-const NOT_KNOWN: f64 = 1e6;
-
 /// An error of the network, in our words.
 fn network(what: impl Display) -> impl FnOnce(&dyn Display) -> Error {
     move |e| {
@@ -367,12 +364,5 @@ fn drain<M: DeserializeOwned + 'static>(
 }
 
 fn bias_message(message: &Imu, axis: usize, got: &Corrected) -> TwistWithCovarianceStamped {
-    let mut angular = [0.0; 3];
-    angular[axis] = got.bias_rad_s;
-    let mut covariance = [0.0; 36];
-    (0..6).for_each(|k| covariance[7 * k] = NOT_KNOWN);
-    covariance[7 * (3 + axis)] = got.bias_std_rad_s * got.bias_std_rad_s;
-    let halves = std::array::from_fn(|half| std::array::from_fn(|k| covariance[18 * half + k]));
-    let [first, second]: [[f64; 18]; 2] = halves;
-    TwistWithCovarianceStamped { header: message.header, linear: [0.0; 3], angular, covariance: (first, second) }
+    TwistWithCovarianceStamped::of_gyro(message.header, axis, got.bias_rad_s, got.bias_std_rad_s * got.bias_std_rad_s)
 }

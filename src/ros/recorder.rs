@@ -1,12 +1,9 @@
 //! The third thread, where a recording was asked for: what arrived and what was published, to MCAP.
 
-use super::mcap::{Channel, Writer};
 use super::messages::{Imu, JointState, Temperature, TwistWithCovarianceStamped};
 use super::options::{BIAS, Options};
 use crate::error::{Error, ErrorKind, Result};
-use rustdds::CDRSerializerAdapter;
-use rustdds::no_key::SerializerAdapter;
-use serde::Serialize;
+use crate::report::mcap::{Stream, Topic};
 use std::fs::File;
 use std::io::{self, BufWriter};
 use std::path::Path;
@@ -21,27 +18,7 @@ const JOINTS_WAITING: usize = 256;
 /// How often the file is handed to the system: a sudden end loses so much.
 const FLUSH: Duration = Duration::from_secs(1);
 
-const HEADER: &str = "================================================================================\n\
-    MSG: std_msgs/Header\nbuiltin_interfaces/Time stamp\nstring frame_id\n\
-    ================================================================================\n\
-    MSG: builtin_interfaces/Time\nint32 sec\nuint32 nanosec\n";
-const VECTOR: &str = "================================================================================\n\
-    MSG: geometry_msgs/Vector3\nfloat64 x\nfloat64 y\nfloat64 z\n";
-const IMU: &str = "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n\
-    geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n\
-    geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance\n\
-    ================================================================================\n\
-    MSG: geometry_msgs/Quaternion\nfloat64 x\nfloat64 y\nfloat64 z\nfloat64 w\n";
-const JOINT_STATE: &str =
-    "std_msgs/Header header\nstring[] name\nfloat64[] position\nfloat64[] velocity\nfloat64[] effort\n";
-const TEMPERATURE: &str = "std_msgs/Header header\nfloat64 temperature\nfloat64 variance\n";
-const TWIST: &str = "std_msgs/Header header\ngeometry_msgs/TwistWithCovariance twist\n\
-    ================================================================================\n\
-    MSG: geometry_msgs/TwistWithCovariance\ngeometry_msgs/Twist twist\nfloat64[36] covariance\n\
-    ================================================================================\n\
-    MSG: geometry_msgs/Twist\ngeometry_msgs/Vector3 linear\ngeometry_msgs/Vector3 angular\n";
-
-/// A message with the time of its receipt, ns since the epoch; its kind is its channel's place.
+/// A message, which comes with the time of its receipt, ns since the epoch.
 #[derive(Clone, Copy)]
 enum Record {
     Raw(Imu),
@@ -88,10 +65,19 @@ fn now_ns() -> u64 {
     u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
 }
 
+struct Topics {
+    raw: Topic<Imu>,
+    corrected: Topic<Imu>,
+    bias: Topic<TwistWithCovarianceStamped>,
+    temperature: Topic<Temperature>,
+    joints: Topic<JointState>,
+}
+
 /// Writes the file.
 pub(super) struct Recorder<'a> {
     path: &'a Path,
-    writer: Writer<BufWriter<File>>,
+    stream: Stream<BufWriter<File>>,
+    topics: Topics,
     records: Receiver<(u64, Record)>,
     joints: Receiver<(u64, JointState)>,
 }
@@ -109,9 +95,6 @@ impl<'a> Recorder<'a> {
             _ => Error::io(path, &e),
         })?;
         let topics = &options.topics;
-        let imu = [IMU, VECTOR, HEADER].concat();
-        let [joint_state, temperature] = [JOINT_STATE, TEMPERATURE].map(|own| [own, HEADER].concat());
-        let twist = [TWIST, VECTOR, HEADER].concat();
         let names = [
             topics.imu.as_str(),
             &topics.out,
@@ -119,26 +102,28 @@ impl<'a> Recorder<'a> {
             topics.temperature.as_deref().unwrap_or("temperature"),
             topics.joints.as_deref().unwrap_or("joint_states"),
         ];
-        let names = names.map(|topic| options.absolute(topic));
-        let kinds = [
-            ("sensor_msgs/msg/Imu", &imu),
-            ("sensor_msgs/msg/Imu", &imu),
-            ("geometry_msgs/msg/TwistWithCovarianceStamped", &twist),
-            ("sensor_msgs/msg/Temperature", &temperature),
-            ("sensor_msgs/msg/JointState", &joint_state),
-        ];
-        let channels: Vec<Channel<'_>> =
-            names.iter().zip(kinds).map(|(topic, (kind, definition))| Channel { topic, kind, definition }).collect();
-        let writer = Writer::new(BufWriter::new(file), &channels).map_err(|e| Error::io(path, &e))?;
+        let [raw, corrected, bias, temperature, joints] = names.map(|topic| options.absolute(topic));
+        let begun = |file| -> io::Result<(Stream<_>, Topics)> {
+            let mut stream = Stream::without_index(file)?;
+            let topics = Topics {
+                raw: stream.topic(&raw)?,
+                corrected: stream.topic(&corrected)?,
+                bias: stream.topic(&bias)?,
+                temperature: stream.topic(&temperature)?,
+                joints: stream.topic(&joints)?,
+            };
+            Ok((stream, topics))
+        };
+        let (stream, topics) = begun(BufWriter::new(file)).map_err(|e| Error::io(path, &e))?;
         let (record, records) = sync_channel(WAITING);
         let (joint, joints) = sync_channel(JOINTS_WAITING);
-        Ok((Self { path, writer, records, joints }, Tape { records: record, joints: joint, lost: 0 }))
+        Ok((Self { path, stream, topics, records, joints }, Tape { records: record, joints: joint, lost: 0 }))
     }
 
     /// Until nobody gives messages any more.
     pub(super) fn run(mut self) -> Result<()> {
         let path = self.path;
-        self.write().and_then(|()| self.writer.finish()).map_err(|e| Error::io(path, &e))
+        self.write().and_then(|()| self.stream.finish().map(drop)).map_err(|e| Error::io(path, &e))
     }
 
     fn write(&mut self) -> io::Result<()> {
@@ -146,26 +131,20 @@ impl<'a> Recorder<'a> {
         loop {
             let next = self.records.recv_timeout(FLUSH);
             while let Ok((ns, message)) = self.joints.try_recv() {
-                self.put(4, ns, &message)?;
+                self.stream.put(&self.topics.joints, ns, &message)?;
             }
             match next {
-                Ok((ns, Record::Raw(message))) => self.put(0, ns, &message)?,
-                Ok((ns, Record::Corrected(message))) => self.put(1, ns, &message)?,
-                Ok((ns, Record::Bias(message))) => self.put(2, ns, &message)?,
-                Ok((ns, Record::Temperature(message))) => self.put(3, ns, &message)?,
+                Ok((ns, Record::Raw(message))) => self.stream.put(&self.topics.raw, ns, &message)?,
+                Ok((ns, Record::Corrected(message))) => self.stream.put(&self.topics.corrected, ns, &message)?,
+                Ok((ns, Record::Bias(message))) => self.stream.put(&self.topics.bias, ns, &message)?,
+                Ok((ns, Record::Temperature(message))) => self.stream.put(&self.topics.temperature, ns, &message)?,
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return Ok(()),
             }
             if flushed.elapsed() >= FLUSH {
                 flushed = std::time::Instant::now();
-                self.writer.flush()?;
+                self.stream.flush()?;
             }
         }
-    }
-
-    fn put<M: Serialize>(&mut self, place: u16, ns: u64, message: &M) -> io::Result<()> {
-        let cdr = <CDRSerializerAdapter<M> as SerializerAdapter<M>>::to_bytes(message)
-            .map_err(|e| io::Error::new(io::ErrorKind::InvalidData, e.to_string()))?;
-        self.writer.message(place, ns, &cdr)
     }
 }

@@ -1,8 +1,8 @@
-use super::fixed::Text;
-use super::mcap::{Channel, Writer};
 use super::messages::{Header, Imu, JointState, Stamp, TwistWithCovarianceStamped};
 use super::wheels::WheelJoints;
 use crate::ingest::{GyroQuery, read_gyro};
+use crate::report::mcap::Stream;
+use crate::report::mcap::fixed::Text;
 use rustdds::no_key::{DefaultDecoder, SerializerAdapter};
 use rustdds::{CDRDeserializerAdapter, CDRSerializerAdapter, RepresentationIdentifier};
 use serde::Serialize;
@@ -105,20 +105,16 @@ fn wheels_stand_by_their_positions_else_by_their_speeds() {
 fn a_recording_is_a_log() {
     let dir = tempfile::tempdir().unwrap();
     let path = dir.path().join("live.mcap");
-    let definition = "std_msgs/Header header\ngeometry_msgs/Quaternion orientation\nfloat64[9] orientation_covariance\n\
-        geometry_msgs/Vector3 angular_velocity\nfloat64[9] angular_velocity_covariance\n\
-        geometry_msgs/Vector3 linear_acceleration\nfloat64[9] linear_acceleration_covariance\n";
-    let channel = Channel { topic: "/imu/data_raw", kind: "sensor_msgs/msg/Imu", definition };
-    for whole in [true, false] {
-        let mut writer = Writer::new(std::fs::File::create(&path).unwrap(), &[Channel { ..channel }]).unwrap();
-        for k in 0..200 {
-            let t = 100.0 + 0.005 * f64::from(k);
-            writer.message(0, (t * 1e9) as u64, &encode(&imu(t, 0.001 * f64::from(k % 7)))).unwrap();
-        }
-        if whole {
-            writer.finish().unwrap();
-        }
-        let log = read_gyro(&path, &GyroQuery::default()).unwrap();
-        assert_eq!(log.log.len(), 200, "{whole}");
+    let mut stream = Stream::without_index(std::fs::File::create(&path).unwrap()).unwrap();
+    let topic = stream.topic("/imu/data_raw").unwrap();
+    for k in 0..200 {
+        let t = 100.0 + 0.005 * f64::from(k);
+        stream.put(&topic, (t * 1e9) as u64, &imu(t, 0.001 * f64::from(k % 7))).unwrap();
     }
+    stream.flush().unwrap();
+    let rows = || read_gyro(&path, &GyroQuery::default()).unwrap().log.len();
+    // as after a sudden end
+    assert_eq!(rows(), 200);
+    stream.finish().unwrap();
+    assert_eq!(rows(), 200);
 }

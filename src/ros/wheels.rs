@@ -25,7 +25,7 @@ impl WheelJoints {
         let position = message.position.as_slice();
         let count = names.len().max(position.len()).max(velocity.len());
         let is_wheel = |joint: usize| {
-            let name = names.get(joint).map(super::fixed::Text::as_str);
+            let name = names.get(joint).map(crate::report::mcap::fixed::Text::as_str);
             self.names.is_empty() || name.is_some_and(|name| self.names.iter().any(|n| n == name))
         };
         let (mut seen, mut stand, mut known) = (0, true, true);

@@ -76,7 +76,7 @@ impl Course {
     ///
     /// # Errors
     /// As [`bridged`].
-    pub fn of_temperature(log: &Reduced) -> Result<Option<Self>> {
+    pub(crate) fn of_temperature(log: &Reduced) -> Result<Option<Self>> {
         let coarse = &log.coarse;
         let Some(means) = &coarse.temperature_c else { return Ok(None) };
         let (first_s, step_s) = (coarse.middle_s(0), coarse.block_s());

@@ -61,7 +61,7 @@ fn three_axes_in_one_pass_are_the_three_axes() {
 #[test]
 fn the_command_line_reads_a_pipe_once_for_all_axes() {
     let dir = tempfile::tempdir().unwrap();
-    let log = write(dir.path(), 20_000);
+    let log = write(dir.path(), 8_000);
     let path = log.to_str().unwrap();
     let piped = gyroid()
         .args(["fit", "/dev/stdin", "--axis", "all", "--memory", "0", "--json", "-"])
@@ -87,7 +87,7 @@ fn the_command_line_reads_a_pipe_once_for_all_axes() {
 #[test]
 fn noise_and_validate_take_all_axes_too() {
     let dir = tempfile::tempdir().unwrap();
-    let log = write(dir.path(), 20_000);
+    let log = write(dir.path(), 8_000);
     let path = log.to_str().unwrap();
     let (_, found, err) = json(&["noise", path, "--axis", "all", "--memory", "0", "--draws", "99"]);
     for axis in ["x", "y", "z"] {

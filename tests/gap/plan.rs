@@ -118,7 +118,8 @@ fn bad_input_is_said() {
 
 /// A filter that holds a delay of several rows amplifies its own errors: evidence was 10⁶⁴ nats.
 #[test]
-fn a_gyro_that_is_late_by_rows_beside_the_rivals_leaves_their_evidence_as_it_is() {
+#[ignore = "battery: ten seconds of one drive"]
+fn battery_a_gyro_that_is_late_by_rows_beside_the_rivals_leaves_their_evidence_as_it_is() {
     let nominal = include_str!("../../data/truth.toml");
     let effects = "[[effect]]\nid = \"sensor.gyro_delay\"\ndelay_s = 0.05\n[[effect]]\nid = \"gyro.scale_factor\"\nrelative = 0.05\n";
     let place = Place::with(&[("nominal.toml", nominal), ("with.toml", &format!("{nominal}\n{effects}"))]);

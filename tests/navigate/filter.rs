@@ -31,6 +31,7 @@ const PLAIN: Settings = Settings {
     off_time_s: None,
     standstill: Some(Standstill::EXACT),
     smooth: false,
+    innovations: false,
 };
 const OFF: Settings = Settings { error_model: ErrorModel::Off, ..PLAIN };
 const RUNS: u64 = 60;

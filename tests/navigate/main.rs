@@ -13,6 +13,7 @@ mod fit_for_use;
 #[path = "../common/place.rs"]
 mod place;
 mod real_drives;
+mod recording;
 mod sensors;
 mod standstill;
 mod warm_restart;

@@ -83,7 +83,8 @@ impl Tally {
 }
 
 #[test]
-fn intervals_cover_on_a_few_logs() {
+#[ignore = "battery: noise models of some logs"]
+fn battery_intervals_cover_on_a_few_logs() {
     let mut all = [0, 0];
     for (name, truth) in scenarios().into_iter().take(2) {
         let t = tally(&Truth { samples: 8192, step_s: 0.4, ..truth }, 40, 19);

@@ -3,6 +3,7 @@
 use super::patching::{Patch, PatchArgs};
 use super::replay::Reads;
 use crate::cli::html::{self, HtmlArgs};
+use crate::cli::mcap::{Claimed, McapArgs};
 use crate::cli::output::Output;
 use clap::Args;
 use gyroid::config::EffectTable;
@@ -11,6 +12,7 @@ use gyroid::files::{OutputFile, Plan};
 use gyroid::gap::Diagnosis;
 use gyroid::report::GapReport;
 use gyroid::report::html::gap_page;
+use gyroid::report::mcap::{GapRecording, Shown};
 use gyroid::report::plot::Format;
 use gyroid::signal::Log;
 use gyroid::{Error, ErrorKind, Result};
@@ -35,6 +37,8 @@ pub(crate) struct WrittenArgs {
     plot: Vec<PathBuf>,
     #[command(flatten)]
     page: HtmlArgs,
+    #[command(flatten)]
+    recording: McapArgs,
 }
 
 /// Files that were claimed before the work began.
@@ -45,6 +49,7 @@ pub(crate) struct Written<'a> {
     why: Option<OutputFile>,
     plots: Vec<OutputFile>,
     page: Option<OutputFile>,
+    mcap: Option<Claimed>,
 }
 
 impl WrittenArgs {
@@ -52,7 +57,7 @@ impl WrittenArgs {
     pub(super) fn planned(&self, plan: Plan) -> Plan {
         let plan = plan.writes("--write-sim", &self.write_sim).writes("--ranges", &self.ranges);
         let plan = plan.writes("--plot", &self.plot).writes("--why", &self.why);
-        self.page.planned(self.patch.planned(plan))
+        self.recording.planned(self.page.planned(self.patch.planned(plan)))
     }
 
     /// Claims the files; `drives`: the diagnosis is of a robot.
@@ -67,8 +72,8 @@ impl WrittenArgs {
         }
         let ranges = self.ranges.as_ref().map(OutputFile::claim).transpose()?;
         let why = self.why.as_ref().map(OutputFile::claim).transpose()?;
-        let page = self.page.claim()?;
-        Ok(Written { write_sim, patch: self.patch.claim(drives)?, ranges, why, plots, page })
+        let (page, mcap) = (self.page.claim()?, self.recording.claim()?);
+        Ok(Written { write_sim, patch: self.patch.claim(drives)?, ranges, why, plots, page, mcap })
     }
 }
 
@@ -80,7 +85,7 @@ impl<'a> Written<'a> {
 
     /// Whether time traces are shown.
     pub(super) fn shows_traces(&self) -> bool {
-        self.page.is_some() || !self.plots.is_empty()
+        self.page.is_some() || self.mcap.is_some() || !self.plots.is_empty()
     }
 
     /// Writes all of it, and says so; `given`: effects that the simulator had before, `inputs`: files that were read. The
@@ -107,6 +112,10 @@ impl<'a> Written<'a> {
         }
         if let Some(file) = self.page {
             html::write(file, &gap_page(report, &html::origin(inputs)?)?, output)?;
+        }
+        if let Some(mcap) = self.mcap {
+            let shown = Shown::Gap { drive: augmented.vehicle.is_some() };
+            mcap.write(shown, |file| GapRecording { report, command: output.command() }.write(file), output)?;
         }
         if let Some(mut file) = self.why {
             let target = file.target().display().to_string();

@@ -114,7 +114,8 @@ fn a_payload_and_a_radius_are_told_by_a_known_load() {
 
 /// Gains are made smaller until a course of 40 s does not tell one from the other. One of five minutes does.
 #[test]
-fn what_is_too_small_for_a_course_is_told_by_a_longer_one() {
+#[ignore = "battery: simulates courses one by one"]
+fn battery_what_is_too_small_for_a_course_is_told_by_a_longer_one() {
     let config = Config::parse(ROBOT, "robot.toml").unwrap();
     let channels = [&WHEELS[..], &TORQUES, &[names::GYRO_Z]].concat();
     let among = [ids::scale_factor(), ids::scale_asymmetry()];
@@ -168,7 +169,8 @@ fn an_effect_that_the_log_does_not_show_is_left_out() {
 
 /// A wheel of a larger radius reads as one whose encoder misses ticks: gyro and pose do not tell which. Its torque does.
 #[test]
-fn what_needs_torques_is_told_by_a_course_that_logs_them() {
+#[ignore = "battery: simulates courses one by one"]
+fn battery_what_needs_torques_is_told_by_a_course_that_logs_them() {
     let config = Config::parse(ROBOT, "robot.toml").unwrap();
     let channels = [&WHEELS[..], &[names::GYRO_Z, names::X, names::Y, names::HEADING]].concat();
     let log = log(&config, Course::Random, (ids::radius_right(), "relative", 0.05), &channels);

@@ -265,7 +265,7 @@ impl Findings {
     }
 
     /// The most probable set that holds `id`; if `as_main`, in which it is the main cause.
-    pub fn best_with(&self, id: &str, as_main: bool) -> Option<&WeightedSet> {
+    pub(crate) fn best_with(&self, id: &str, as_main: bool) -> Option<&WeightedSet> {
         self.sets.iter().find(|s| s.part(id).is_some() && (!as_main || s.main().is_some_and(|m| m.id == id)))
     }
 

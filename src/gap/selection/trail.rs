@@ -97,7 +97,7 @@ impl Findings {
 
     /// Probability of each largest cause, as steps of `stage`.
     #[must_use]
-    pub fn of_probabilities(&self, stage: TraceStage) -> Vec<Step> {
+    pub(crate) fn of_probabilities(&self, stage: TraceStage) -> Vec<Step> {
         let top = self.top();
         let mains = self.mains();
         let none = mains.iter().find(|m| m.0 == Main::None).map_or(0.0, |m| m.1);

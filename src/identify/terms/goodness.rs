@@ -33,7 +33,7 @@ pub struct Band {
 impl Band {
     /// Its share of the statistic.
     #[must_use]
-    pub fn deviance(&self) -> f64 {
+    pub(crate) fn deviance(&self) -> f64 {
         if self.ratio > 0.0 { self.coefficients * (self.ratio - 1.0 - self.ratio.ln()) } else { f64::INFINITY }
     }
 }

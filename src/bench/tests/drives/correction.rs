@@ -38,7 +38,8 @@ fn needed(record: &Record, equation: Equation) -> Correction {
 }
 
 #[test]
-fn nothing_is_needed_where_nothing_is_lacking() {
+#[ignore = "battery: drives of the generator"]
+fn battery_nothing_is_needed_where_nothing_is_lacking() {
     const SEEDS: u64 = 40;
     let of_seed = |seed: u64| {
         let record = recording(ROBOT, 300 + seed);
@@ -138,7 +139,8 @@ fn what_a_correction_goes_with_is_named() {
 }
 
 #[test]
-fn several_drives_have_a_course_each() {
+#[ignore = "battery: drives of the generator"]
+fn battery_several_drives_have_a_course_each() {
     use crate::gap::Drive;
     let config = Config::parse(ROBOT, "robot.toml").unwrap();
     let logs = [1, 2].map(|seed| drive(&config, Course::Brisk, 40.0, &simulate::Options::from(seed)).unwrap().log);

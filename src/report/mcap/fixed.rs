@@ -68,6 +68,15 @@ impl<T: Copy + Default, const N: usize> Default for List<T, N> {
     }
 }
 
+impl<T: Copy + Default, const N: usize> List<T, N> {
+    /// The first `N` of these.
+    pub(crate) fn new(items: &[T]) -> Self {
+        let mut list = Self { len: items.len().min(N), ..Self::default() };
+        list.items[..list.len].copy_from_slice(&items[..list.len]);
+        list
+    }
+}
+
 impl<T, const N: usize> List<T, N> {
     pub(crate) fn as_slice(&self) -> &[T] {
         &self.items[..self.len]
