@@ -16,6 +16,8 @@ def compare(
     real: Drive | list[Drive],
     hold: Drive | list[Drive] | None = None,
     *,
+    load_kg: float | Sequence[float] | None = None,
+    hold_load_kg: float | Sequence[float] | None = None,
     init: Config | None = None,
     paired: bool = False,
     seed: int | None = None,
@@ -33,6 +35,8 @@ def compare(
         Recording of the robot, likewise.
     hold
         Another recording of the same robot, only to measure how far the gap shrinks.
+    load_kg, hold_load_kg
+        Of drives of the robot: known load that it carried in each, a point mass at its centre of mass, kg.
     init
         What the simulator's log cannot tell: mass and inertia without torques, radius without a pose.
     paired
@@ -59,8 +63,11 @@ def compare(
     outputs = {"write_twin": "twin.toml", "write_sim": "augmented.toml", "why": "why.md", "plot": "gap.svg"}
     call = Call("compare", outputs=outputs)
     call.named("sim", drives(sim))
-    call.named("real", drives(real))
-    call.named("hold", drives(hold))
+    reals, holds = drives(real), drives(hold)
+    call.named("real", reals)
+    call.named("hold", holds)
+    call.loads("load_kg", reals, load_kg)
+    call.loads("hold_load_kg", holds, hold_load_kg)
     begun = None if init is None else config(init)
     call.options({"init": begun, "paired": paired, "seed": seed, "without": without, "map": map, **reading})
     result = _results.Comparison(*call.run("gap", "compare"), call.outputs["plot"].bytes())

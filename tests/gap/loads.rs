@@ -35,6 +35,19 @@ fn a_load_that_is_known_is_no_finding() {
     }
 }
 
+/// A twin of the simulator carries what the robot is told to have carried.
+#[test]
+fn a_load_that_is_known_is_no_difference_of_simulator_and_robot() {
+    let place = Place::with(&[("robot.toml", &driving(50.0, 0.005))]);
+    loaded(&place);
+    place.ok("simulate robot.toml --course random --duration 60 --seed 5 -o sim.parquet");
+    let compare = "gap compare --sim sim.parquet --real loaded.parquet --init robot.toml";
+    let told = json(&place, &format!("{compare} --load loaded.parquet=3"));
+    assert_eq!(told["verdict"], "none", "{told}");
+    assert_eq!(json(&place, compare)["main"], "vehicle.payload");
+    place.refused(&format!("{compare} --load sim.parquet=3"), 2, &["no file of a drive", "loaded.parquet"]);
+}
+
 /// The wheels alone, with their torques, read a payload and a larger radius alike, on every course without a known load.
 #[test]
 fn the_plan_asks_for_a_known_load_where_nothing_else_tells() {

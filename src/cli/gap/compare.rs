@@ -2,6 +2,7 @@
 
 use super::asked::AskedArgs;
 use super::diagnose::{begun, library, names};
+use super::loads::LoadArgs;
 use super::recordings::Sides;
 use super::replay::Reads;
 use super::simulated::{Logs, Reader, apart};
@@ -40,6 +41,8 @@ pub(crate) struct CompareArgs {
     #[arg(long, value_name = "FILE")]
     write_twin: Option<PathBuf>,
     #[command(flatten)]
+    loads: LoadArgs,
+    #[command(flatten)]
     written: WrittenArgs,
     #[command(flatten)]
     asked: AskedArgs,
@@ -68,10 +71,14 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome> {
     if !hold.is_empty() {
         alike(&sim_logs, &hold_logs)?;
     }
+    // the simulator's own runs carry what its model says
+    let files: Vec<&[PathBuf]> = real.iter().chain(hold).map(Vec::as_slice).collect();
+    let loads_kg = args.loads.of_drives(&files, !sim_logs.drives)?;
     let mut written = args.written.claim(sim_logs.drives)?;
     let config = reader.config()?;
     let reads = Reads { columns: &args.asked.columns, map: &args.asked.map, config: &config };
-    written.replays(hold_logs.logs.first(), reads)?;
+    let bare = hold_logs.logs.iter().zip(&loads_kg[real.len()..]).find(|(_, load_kg)| **load_kg == 0.0);
+    written.replays(bare.map(|(log, _)| log), reads)?;
     let pairs = if args.paired { pairs(&sim_logs, &real_logs)? } else { Vec::new() };
     let starts_s = args.asked.columns.starts_s(sim.len() + real.len() + hold.len())?;
     let (sim_starts, others) = starts_s.split_at(sim.len());
@@ -86,7 +93,8 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome> {
         Stage::Prepare | Stage::Done => {}
     };
     let compared = if sim_logs.drives {
-        let (fit, kept) = (begun(&real_logs.logs, real_starts), begun(&hold_logs.logs, hold_starts));
+        let (mut fit, mut kept) = (begun(&real_logs.logs, real_starts), begun(&hold_logs.logs, hold_starts));
+        fit.iter_mut().chain(&mut kept).zip(loads_kg).for_each(|(drive, load_kg)| drive.load_kg = load_kg);
         compare_drives(&twin, &fit, &kept, &library, &options, &mut show)
     } else {
         let simulated: Vec<_> = sim_logs.logs.iter().collect();

@@ -31,8 +31,9 @@ impl LoadArgs {
     pub(super) fn of_drives(&self, drives: &[&[PathBuf]], at_rest: bool) -> Result<Vec<f64>> {
         let refused = |found: String| Error::new(ErrorKind::Usage, "--load", found);
         if at_rest && !self.load.is_empty() {
-            return Err(refused("a robot carries a load, and the configuration is of a gyro at rest".into())
-                .hint("leave --load out"));
+            return Err(
+                refused("a robot carries a load, and this is of a gyro at rest".into()).hint("leave --load out")
+            );
         }
         let mut loads_kg: Vec<Option<f64>> = vec![None; drives.len()];
         for given in &self.load {

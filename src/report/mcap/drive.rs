@@ -6,7 +6,7 @@ use super::messages::{
     TwistWithCovarianceStamped, diagonal,
 };
 use super::protobuf::{Innovation, Quantity, Verdict};
-use super::{Recording, Topic};
+use super::recording::{Recording, Topic};
 use crate::config::Config;
 use crate::error::Result;
 use crate::files::OutputFile;

@@ -1,8 +1,8 @@
 //! A diagnosis: the recording beside the nominal and the augmented simulator, and the verdict.
 
-use super::Recording;
 use super::messages::{Header, Pose, PoseStamped};
 use super::protobuf::{Band, Banded, Compared, Curve, Quantity, Verdict};
+use super::recording::Recording;
 use crate::error::Result;
 use crate::files::OutputFile;
 use crate::gap::DriveTraces;

@@ -1,7 +1,7 @@
 //! ROS 2 messages as they are on the wire: fields in the order of their definitions.
 
-use super::Message;
 use super::fixed::{List, Text};
+use super::message::Message;
 use byteorder::LittleEndian;
 use serde::{Deserialize, Serialize};
 use std::io;

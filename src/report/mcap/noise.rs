@@ -1,9 +1,9 @@
 //! A noise model: the readings, the deviations of the Allan family with the model's, and the terms.
 
-use super::Recording;
 use super::drive::imu;
 use super::messages::Header;
 use super::protobuf::{Band, Curve, Quantity, Verdict};
+use super::recording::Recording;
 use crate::error::Result;
 use crate::files::OutputFile;
 use crate::report::NoiseReport;

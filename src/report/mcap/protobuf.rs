@@ -1,6 +1,6 @@
 //! Messages that ROS has no type for, in protobuf; their definition travels in the file.
 
-use super::Message;
+use super::message::Message;
 use prost::Message as _;
 use prost_types::field_descriptor_proto::{Label, Type};
 use prost_types::{DescriptorProto, FieldDescriptorProto, FileDescriptorProto, FileDescriptorSet};

@@ -1,6 +1,8 @@
-use super::*;
+use super::drive;
+use super::messages::Header;
+use super::recording::Recording;
+use crate::files::OutputFile;
 use crate::ingest::{GyroQuery, read_gyro};
-use messages::Header;
 
 /// A recording of a gyro that begins at `first_s`, 100 rows a second apart by 10 ms.
 fn written(first_s: f64) -> (tempfile::TempDir, std::path::PathBuf) {
@@ -33,7 +35,7 @@ fn a_recording_is_a_log() {
 fn a_log_that_begins_before_zero_is_shifted() {
     let (_dir, path) = written(-5.0);
     let bytes = std::fs::read(&path).unwrap();
-    let messages: Vec<_> = ::mcap::MessageStream::new(&bytes).unwrap().map(|m| m.unwrap()).collect();
+    let messages: Vec<_> = mcap::MessageStream::new(&bytes).unwrap().map(|m| m.unwrap()).collect();
     assert_eq!((messages[0].log_time, messages[99].log_time), (0, 990_000_000));
     assert_eq!(messages[0].channel.schema.as_ref().unwrap().name, "sensor_msgs/msg/Imu");
 }
