@@ -29,5 +29,5 @@ fn a_recording_has_the_gyro_as_it_was_and_less_its_error() {
         1,
         &["out.foxglove.json", "gyroid did not write it"],
     );
-    p.refused("navigate robot.toml drive.parquet --mcap out.bag", 2, &["let the name end in .mcap"]);
+    p.refused("navigate robot.toml drive.parquet --mcap other.bag", 2, &["let the name end in .mcap"]);
 }

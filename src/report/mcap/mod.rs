@@ -1,7 +1,7 @@
 //! One MCAP of a command's results, for Foxglove, Rerun and ROS: sensors and poses as ROS 2 messages in CDR, innovations,
 //! bands and the verdict in protobuf.
 //!
-//! Format: mcap.dev/spec, in chunks with an index, compressed by zstd. A message's log time is the time of its log; a log that
+//! Format: mcap.dev/spec, in chunks with an index, compressed by LZ4. A message's log time is the time of its log; a log that
 //! begins before zero is shifted to begin there, since the format has no negative times.
 
 mod drive;

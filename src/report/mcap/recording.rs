@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::files::{OutputFile, mark};
 use mcap::records::MessageHeader;
 use mcap::write::NoSeek;
-use mcap::{McapError, WriteOptions, Writer};
+use mcap::{Compression, McapError, WriteOptions, Writer};
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::marker::PhantomData;
@@ -105,7 +105,7 @@ impl Recording {
     pub(crate) fn new(file: OutputFile, first_s: f64) -> Result<Self> {
         let target = file.target().display().to_string();
         let stream =
-            Stream::new(Sink(file), WriteOptions::new().library(mark::text())).map_err(|e| Error::io(&target, &e))?;
+            Stream::new(Sink(file), WriteOptions::new().library(mark::text()).compression(Some(Compression::Lz4))).map_err(|e| Error::io(&target, &e))?;
         Ok(Self { stream, target, shift_s: (-first_s).max(0.0) })
     }
 
