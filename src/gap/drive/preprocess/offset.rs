@@ -354,7 +354,16 @@ impl<'a> Pairs<'a> {
                 variance += 2.0 * (1.0 - (later - t) / lasting_s) * s * e * next * error;
             }
         }
-        let std_s = variance.max(0.0).sqrt() / information;
+        let mut std_s = variance.max(0.0).sqrt() / information;
+        // Where a robot stands at each of its rare readings no offset within the stand shows, and a slope over a window does
+        // not see that: two standard deviations away the likelihood must have fallen by half a nat at least (by two, were it
+        // a parabola). Windows that do not overlap count as independent.
+        let [first, last] = [self.read.first()?.0, self.read.last()?.0];
+        let count = ((last - first) / window_s).min(self.read.len() as f64);
+        let as_likely = |by_s: f64| 0.5 * count * (self.left(lag_s + by_s) / left).ln() < 0.5;
+        while std_s < window_s && (as_likely(2.0 * std_s) || as_likely(-2.0 * std_s)) {
+            std_s = (2.0 * std_s).max(1e-3 * window_s);
+        }
         std_s.is_finite().then(|| Lag {
             lag_s,
             std_s,

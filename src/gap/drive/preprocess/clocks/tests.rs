@@ -2,7 +2,9 @@ use super::*;
 use crate::config::EffectTable;
 use crate::effects::Library;
 use crate::effects::drive::ids;
+use crate::math::random::Stream as Draw;
 use crate::simulate::{Course, Options, drive_with};
+use std::f64::consts::FRAC_PI_2;
 
 const ROBOT: &str = "schema = 1\nkind = \"driving\"\nsample_time_s = 0.01\n\
     [gyro]\nc1_rad_s = -2.4e-3\nc2_rad_s = 8e-3\ntime_constant_s = 240.0\nangle_random_walk_rad_sqrt_s = 1.5e-4\n\
@@ -291,4 +293,34 @@ fn rims_that_run_ahead_are_no_clock() {
     }
     // then the remaining lag of the wheels is named as no effect
     assert_eq!(clocks.lags(), [Instrument::Wheels, Instrument::Gyro]);
+}
+
+/// A robot stands for a second at each mark while its heading is read: within a stand no offset shows.
+#[test]
+fn readings_where_the_robot_stands_tell_an_offset_no_finer_than_the_stand() {
+    let mut found = 0;
+    for seed in 0..10 {
+        let mut draw = Draw::new(seed, 0);
+        let quarters: Vec<f64> = (0..120).map(|_| if draw.uniform() < 0.5 { 1.0 } else { -1.0 }).collect();
+        // a turn of 4 s after each stand
+        let rate = |k: usize| if k % 250 < 50 { 0.0 } else { quarters[k / 250] * FRAC_PI_2 / 4.0 };
+        let (times_s, gyro): (Vec<f64>, Vec<f64>) =
+            (0..250 * quarters.len()).map(|k| (0.02 * k as f64, rate(k) + 1e-3 * draw.normal())).unzip();
+        let mut heading_rad = 0.0;
+        let (marks_s, headings_rad) = quarters
+            .iter()
+            .enumerate()
+            .map(|(i, sign)| {
+                let read = (5.0 * i as f64 + 0.5, heading_rad + 4e-3 * draw.normal());
+                heading_rad += sign * FRAC_PI_2;
+                read
+            })
+            .unzip::<f64, f64, Vec<_>, Vec<_>>();
+        let Some(lag) = lag(&Integral::nodes(marks_s, headings_rad), &[Integral::of(&times_s, &gyro)]) else {
+            continue;
+        };
+        found += 1;
+        assert!(lag.lag_s.abs() < 0.6 && lag.std_s > 0.2, "{lag:?}");
+    }
+    assert!(found >= 5, "{found}");
 }
