@@ -105,7 +105,8 @@ impl Recording {
     pub(crate) fn new(file: OutputFile, first_s: f64) -> Result<Self> {
         let target = file.target().display().to_string();
         let stream =
-            Stream::new(Sink(file), WriteOptions::new().library(mark::text()).compression(Some(Compression::Lz4))).map_err(|e| Error::io(&target, &e))?;
+            Stream::new(Sink(file), WriteOptions::new().library(mark::text()).compression(Some(Compression::Lz4)))
+                .map_err(|e| Error::io(&target, &e))?;
         Ok(Self { stream, target, shift_s: (-first_s).max(0.0) })
     }
 
