@@ -2,7 +2,7 @@
 
 use super::asked::AskedArgs;
 use super::diagnose::{begun, library, names};
-use super::loads::LoadArgs;
+use super::loads::{LoadArgs, bare};
 use super::recordings::Sides;
 use super::replay::Reads;
 use super::simulated::{Logs, Reader, apart};
@@ -77,8 +77,8 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome> {
     let mut written = args.written.claim(sim_logs.drives)?;
     let config = reader.config()?;
     let reads = Reads { columns: &args.asked.columns, map: &args.asked.map, config: &config };
-    let bare = hold_logs.logs.iter().zip(&loads_kg[real.len()..]).find(|(_, load_kg)| **load_kg == 0.0);
-    written.replays(bare.map(|(log, _)| log), reads)?;
+    let (real_loads_kg, hold_loads_kg) = loads_kg.split_at(real.len());
+    written.replays(bare(&hold_logs.logs, hold_loads_kg), reads)?;
     let pairs = if args.paired { pairs(&sim_logs, &real_logs)? } else { Vec::new() };
     let starts_s = args.asked.columns.starts_s(sim.len() + real.len() + hold.len())?;
     let (sim_starts, others) = starts_s.split_at(sim.len());
@@ -93,8 +93,8 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome> {
         Stage::Prepare | Stage::Done => {}
     };
     let compared = if sim_logs.drives {
-        let (mut fit, mut kept) = (begun(&real_logs.logs, real_starts), begun(&hold_logs.logs, hold_starts));
-        fit.iter_mut().chain(&mut kept).zip(loads_kg).for_each(|(drive, load_kg)| drive.load_kg = load_kg);
+        let fit = begun(&real_logs.logs, real_starts, real_loads_kg);
+        let kept = begun(&hold_logs.logs, hold_starts, hold_loads_kg);
         compare_drives(&twin, &fit, &kept, &library, &options, &mut show)
     } else {
         let simulated: Vec<_> = sim_logs.logs.iter().collect();

@@ -1,7 +1,7 @@
 //! `gyroid gap diagnose`: where the gap lies, which effect causes it, how far it shrinks.
 
 use super::asked::AskedArgs;
-use super::loads::LoadArgs;
+use super::loads::{LoadArgs, bare};
 use super::recordings::{Recordings, read_drive};
 use super::replay::Reads;
 use super::written::WrittenArgs;
@@ -92,9 +92,8 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     let fit_logs = fit.iter().map(|paths| read_one("--fit", paths)).collect::<Result<Vec<_>>>()?;
     let hold_logs = hold.iter().map(|paths| read_one("--hold", paths)).collect::<Result<Vec<_>>>()?;
     let reads = Reads { columns: &args.asked.columns, map: &args.asked.map, config: &config };
-    // the user's simulator carries no load
-    let bare = hold_logs.iter().zip(&loads_kg[fit.len()..]).find(|(_, load_kg)| **load_kg == 0.0);
-    written.replays(bare.map(|(log, _)| log), reads)?;
+    let (fit_loads_kg, hold_loads_kg) = loads_kg.split_at(fit.len());
+    written.replays(bare(&hold_logs, hold_loads_kg), reads)?;
     let traces = written.shows_traces() || output.answers();
     let options = Options { seed: args.asked.seed, corrections: true, traces, ..Options::default() };
     let named = |e: Error| if e.input == "configuration" { e.named(args.config.display()) } else { e };
@@ -106,8 +105,7 @@ pub(crate) fn run(args: &DiagnoseArgs) -> Result<Outcome> {
     let diagnosed = if drives {
         let starts = args.asked.columns.starts_s(fit.len() + hold.len())?;
         let (fit_starts, hold_starts) = starts.split_at(fit.len());
-        let (mut fit, mut kept) = (begun(&fit_logs, fit_starts), begun(&hold_logs, hold_starts));
-        fit.iter_mut().chain(&mut kept).zip(loads_kg).for_each(|(drive, load_kg)| drive.load_kg = load_kg);
+        let (fit, kept) = (begun(&fit_logs, fit_starts, fit_loads_kg), begun(&hold_logs, hold_starts, hold_loads_kg));
         diagnose_drives(&config, &fit, &kept, &library, &options, &mut show)
     } else {
         diagnose_observed(&config, &fit_logs[0], hold_logs.first(), &library, &options, &mut show)
@@ -167,9 +165,10 @@ pub(super) fn names(drives: &[Vec<PathBuf>]) -> String {
     drives.iter().map(one).collect::<Vec<_>>().join("; ")
 }
 
-/// Drives with when each began.
-pub(super) fn begun<'a>(logs: &'a [Log], starts_s: &[f64]) -> Vec<Drive<'a>> {
-    logs.iter().zip(starts_s).map(|(log, start)| Drive::new(log, *start)).collect()
+/// Drives with when each began, s after power-on, and what the robot carried in it, kg.
+pub(super) fn begun<'a>(logs: &'a [Log], starts_s: &[f64], loads_kg: &[f64]) -> Vec<Drive<'a>> {
+    let each = logs.iter().zip(starts_s).zip(loads_kg);
+    each.map(|((log, start_s), load_kg)| Drive::new(log, *start_s).carrying(*load_kg)).collect()
 }
 
 /// Refuses what can only be of drives.

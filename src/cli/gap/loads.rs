@@ -3,6 +3,7 @@
 use clap::Args;
 use gyroid::config::{Config, Kind};
 use gyroid::error::one_of;
+use gyroid::signal::Log;
 use gyroid::{Error, ErrorKind, Result};
 use std::path::PathBuf;
 
@@ -56,4 +57,9 @@ impl LoadArgs {
         }
         Ok(loads_kg.into_iter().map(Option::unwrap_or_default).collect())
     }
+}
+
+/// The first log without a load: the user's simulator carries none.
+pub(super) fn bare<'a>(logs: &'a [Log], loads_kg: &[f64]) -> Option<&'a Log> {
+    logs.iter().zip(loads_kg).find(|(_, load_kg)| **load_kg == 0.0).map(|(log, _)| log)
 }

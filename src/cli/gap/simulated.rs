@@ -105,7 +105,13 @@ impl<'a> Reader<'a> {
         observe: &mut dyn FnMut(Stage),
     ) -> Result<Twin> {
         if runs.drives {
-            twin_of_drives(self.init.as_ref(), &begun(&runs.logs, starts_s), library, options, observe)
+            twin_of_drives(
+                self.init.as_ref(),
+                &begun(&runs.logs, starts_s, &vec![0.0; runs.logs.len()]),
+                library,
+                options,
+                observe,
+            )
         } else {
             twin_at_rest(self.init.as_ref(), &runs.logs.iter().collect::<Vec<_>>(), library, options, observe)
         }

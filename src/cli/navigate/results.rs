@@ -58,9 +58,13 @@ pub(super) fn has_gyro(log: &Log) -> bool {
 impl Results {
     pub(super) fn of(asked: Asked, config: &Config, log: &Log, working: &Working) -> Result<Self> {
         let has_gyro = has_gyro(log);
-        let settings = |error_model| Settings { error_model, ..asked.settings };
-        // what is written is smoothed
-        let smoothed = |settings, written| Settings { smooth: written && !asked.filtered, ..settings };
+        let settings = |error_model| Settings { error_model, innovations: false, ..asked.settings };
+        // what is written is smoothed, and its innovations are recorded
+        let smoothed = |settings, written| Settings {
+            smooth: written && !asked.filtered,
+            innovations: written && asked.settings.innovations,
+            ..settings
+        };
         let plain = settings(ErrorModel::Off);
         let effects = Library::new().with_own(config)?;
         let zeroed = zeroed_at_start(config, log)?;

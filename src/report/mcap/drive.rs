@@ -14,10 +14,10 @@ use crate::navigate::{Alignment, Run, Sensor, names as estimates};
 use crate::signal::{Log, names};
 
 /// Frames of the reference, of the filter, of the robot and of its gyro.
-const MAP: &str = "map";
+pub(super) const MAP: &str = "map";
 const ODOM: &str = "odom";
 const BASE: &str = "base_link";
-const IMU: &str = "imu_link";
+pub(super) const IMU: &str = "imu_link";
 
 /// A drive for a recording.
 pub(crate) struct DriveRecording<'a> {

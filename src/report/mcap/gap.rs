@@ -1,5 +1,6 @@
 //! A diagnosis: the recording beside the nominal and the augmented simulator, and the verdict.
 
+use super::drive::MAP;
 use super::messages::{Header, Pose, PoseStamped};
 use super::protobuf::{Band, Banded, Compared, Curve, Quantity, Verdict};
 use super::recording::Recording;
@@ -10,9 +11,6 @@ use crate::gap::rest::predictive::{Curve as Banding, Over, Shown};
 use crate::report::GapReport;
 use crate::report::gap::words::curve_name;
 use crate::signal::names;
-
-/// Frame of the recorded pose.
-const MAP: &str = "map";
 
 /// A diagnosis for a recording.
 pub(crate) struct GapRecording<'a> {

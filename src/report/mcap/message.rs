@@ -2,7 +2,7 @@
 
 use std::io;
 
-/// What can be in a recording.
+/// A message of a recording: its type with a schema, and its bytes.
 pub(crate) trait Message {
     /// Encodings of messages and of schemas (mcap.dev/spec/registry).
     const ENCODINGS: [&'static str; 2];

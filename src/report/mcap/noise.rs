@@ -1,6 +1,6 @@
 //! A noise model: the readings, the deviations of the Allan family with the model's, and the terms.
 
-use super::drive::imu;
+use super::drive::{IMU, imu};
 use super::messages::Header;
 use super::protobuf::{Band, Curve, Quantity, Verdict};
 use super::recording::Recording;
@@ -50,7 +50,7 @@ impl NoiseRecording<'_> {
         if let Some((time, rates)) = self.readings {
             let topic = to.topic("/imu/data_raw")?;
             for (k, rate) in rates.iter().enumerate().filter(|(_, rate)| rate.is_finite()) {
-                let header = Header::new(to.stamp(time.at(k)), "imu_link");
+                let header = Header::new(to.stamp(time.at(k)), IMU);
                 to.put(&topic, time.at(k), &imu(header, *rate, 0.0))?;
             }
         }
