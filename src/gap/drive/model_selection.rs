@@ -30,6 +30,7 @@ use crate::effects::About;
 use crate::effects::drive::{self, DriveExplanation, Driving};
 use crate::gap::answer::Alike;
 use crate::gap::drive::ekf::noise::Noise;
+use crate::gap::drive::ekf::unknown_input;
 use crate::gap::drive::fit::models_at;
 use crate::gap::drive::options::{HOPELESS, LARGE, Options};
 use crate::gap::drive::preprocess::initial_noise::{InitialNoise, diffused, rediffused};
@@ -77,9 +78,24 @@ pub(crate) fn mounting(record: &Record, effects: &[&'static dyn Driving], option
     reference_extrinsics::find(record, &InitialNoise::of(record).nominal, effects, &options.prior)
 }
 
-/// Compares sets of `effects` and free forms on `record`.
+/// Compares sets of `effects` and free forms on `record`. A cause without a name is told only where it stands with the
+/// motion as an unknown input too.
 #[must_use]
 pub(crate) fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Options) -> Judged {
+    let mut judged = judge_as_predicted(record, effects, options);
+    if let Some(record) = judged.unknown.then(|| unknown_input::assumed(record)).flatten() {
+        let mut other = judge_as_predicted(&record, effects, options);
+        let step = trail::unknown_input(!other.unknown);
+        if !other.unknown {
+            std::mem::swap(&mut judged, &mut other);
+        }
+        judged.findings.trace.push(step);
+    }
+    judged
+}
+
+/// The same, the motion before each row predicting it as far as `record` believes.
+fn judge_as_predicted(record: &Record, effects: &[&'static dyn Driving], options: &Options) -> Judged {
     let twins = StructuralClasses::of(record, effects);
     let effects = &twins.told_apart;
     let InitialNoise { lsb, noise, nominal } = InitialNoise::of(record);

@@ -51,6 +51,19 @@ pub(super) fn promising(best: &PreprocessingHypothesis) -> impl Iterator<Item = 
     step.into_iter()
 }
 
+/// The recording read with its motion as an unknown input; `taken`: no cause without a name is left.
+pub(super) fn unknown_input(taken: bool) -> Step {
+    let (decision, reason) = if taken {
+        (
+            Decision::Taken,
+            "the motion before each row leaves a cause without a name, what instruments tell of each other in one row does not",
+        )
+    } else {
+        (Decision::Removed, "the cause without a name stands without the motion before each row too")
+    };
+    Step::new(TraceStage::Preprocessing, "motion as an unknown input", decision, reason)
+}
+
 /// The mounting of the reference.
 pub(super) fn reference(mounting: &Mounting) -> Step {
     Step::new(TraceStage::Data, "reference", Decision::Removed, mounting.said())

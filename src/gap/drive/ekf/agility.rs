@@ -47,7 +47,7 @@ impl Classes {
 
     /// Ratios of the diffusions of v and ω in row `k`.
     #[must_use]
-    pub(crate) fn ratios(&self, ratios: &Ratios, k: usize) -> [f64; 2] {
+    pub(super) fn ratios(&self, ratios: &Ratios, k: usize) -> [f64; 2] {
         [0, 1].map(|i| self.0[i].get(k).map_or(1.0, |class| ratios[i][usize::from(*class)]))
     }
 
@@ -67,16 +67,16 @@ impl Classes {
 }
 
 /// Readings of v or ω by one instrument.
-struct Source {
+pub(super) struct Source {
     channel: Channel,
-    rows: Vec<usize>,
-    values: Vec<f64>,
+    pub(super) rows: Vec<usize>,
+    pub(super) values: Vec<f64>,
     /// Stated standard deviation of the white noise of a value
     std: f64,
 }
 
 /// Sources of v and of ω in these rows, the best one first.
-fn sources(record: &Record, rows: &Range<usize>) -> [Vec<Source>; 2] {
+pub(super) fn sources(record: &Record, rows: &Range<usize>) -> [Vec<Source>; 2] {
     let b = &record.belief;
     let [rl, rr] = b.robot.radius_m;
     let std = 0.5 * rl.hypot(rr) * b.wheel_std_rad_s;
@@ -264,7 +264,7 @@ mod tests {
             let q = 2f64.powi(i);
             weigh(Process { diffusion: [q, q], lasting: 0.9, ..Process::default() })
         });
-        let gained = weigh(Process { diffusion, agility, lasting, ripple: 0.0, at_rims: 0.0 })
+        let gained = weigh(Process { diffusion, agility, lasting, ..Process::default() })
             - one.fold(f64::NEG_INFINITY, f64::max);
         assert!(gained > 0.3 * record.len() as f64, "{gained}");
         // torques tell how a robot moves

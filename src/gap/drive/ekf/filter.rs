@@ -54,18 +54,18 @@ pub(crate) struct Lasting {
     pub share: f64,
     /// Rows between the two speeds, and the time, s; none before there are two.
     pub over: Option<(usize, f64)>,
-    /// Whether the acceleration of this row lasts at all: the share of what the model has does not in any case.
+    /// Whether the acceleration of this row lasts at all.
     pub lasts: bool,
 }
 
 /// Inputs of one step, from one row to the next.
 #[derive(Debug, Clone, Copy, Default)]
 pub(crate) struct Step {
-    /// Torques, left and right, N·m
-    pub torques: [f64; 2],
+    /// Torques, left and right, N·m; none: accelerations are not those of the model
+    pub torques: Option<[f64; 2]>,
     /// Sideways speed, m/s
     pub sideways: f64,
-    /// Accelerations beyond the model's, m/s² and rad/s²
+    /// Accelerations where no torques tell them, m/s² and rad/s²
     pub drift: [f64; 2],
     /// Their origin in the accelerations before, v and ω
     pub lasting: [Lasting; 2],
@@ -196,6 +196,20 @@ impl<'a> Filter<'a> {
         scales: &Scales,
     ) -> Matrix {
         let Step { torques, sideways, dt, .. } = *step;
+        let (sin, cos) = middle;
+        let v = at.speed_m_s;
+        let mut f = [[0.0; N]; N];
+        for (i, row) in f.iter_mut().enumerate() {
+            row[i] = 1.0;
+        }
+        f[X][TH] = dt * (-v * sin - sideways * cos);
+        f[Y][TH] = dt * (v * cos - sideways * sin);
+        f[X][V] = dt * cos;
+        f[Y][V] = dt * sin;
+        f[X][W] = 0.5 * dt * f[X][TH];
+        f[Y][W] = 0.5 * dt * f[Y][TH];
+        f[TH][W] = dt;
+        let Some(torques) = torques else { return f };
         let step = [1e-4 * scales.speed, 1e-4 * scales.yaw_rate, 1e-4, 1e-4, 1e-4];
         let by = |which: usize| {
             let mut moved = *at;
@@ -220,19 +234,6 @@ impl<'a> Filter<'a> {
                 (moved.yaw_acceleration_rad_s2 - at.yaw_acceleration_rad_s2) / step[which],
             ]
         };
-        let (sin, cos) = middle;
-        let v = at.speed_m_s;
-        let mut f = [[0.0; N]; N];
-        for (i, row) in f.iter_mut().enumerate() {
-            row[i] = 1.0;
-        }
-        f[X][TH] = dt * (-v * sin - sideways * cos);
-        f[Y][TH] = dt * (v * cos - sideways * sin);
-        f[X][V] = dt * cos;
-        f[Y][V] = dt * sin;
-        f[X][W] = 0.5 * dt * f[X][TH];
-        f[Y][W] = 0.5 * dt * f[Y][TH];
-        f[TH][W] = dt;
         let causes = if model.follows_position { 5 } else { 3 };
         for (i, which) in [V, W, TH, X, Y].into_iter().enumerate().take(causes) {
             let [dv, dw] = by(i);
@@ -271,8 +272,11 @@ impl<'a> Filter<'a> {
         let (sin, cos) = s[TH].sin_cos();
         middle.x_m += 0.5 * dt * s[V] * cos;
         middle.y_m += 0.5 * dt * s[V] * sin;
-        model.accelerate(&mut middle, torques);
-        let (dv, dw) = (dt * (middle.acceleration_m_s2 + drift[0]), dt * (middle.yaw_acceleration_rad_s2 + drift[1]));
+        let [dv, dw] = torques.map_or(drift, |torques| {
+            model.accelerate(&mut middle, torques);
+            [middle.acceleration_m_s2, middle.yaw_acceleration_rad_s2]
+        });
+        let (dv, dw) = (dt * dv, dt * dw);
         let (v, w) = (s[V] + 0.5 * dv, s[W] + 0.5 * dw);
         let turn = dt * w;
         let (sin, cos) = (s[TH] + 0.5 * turn).sin_cos();
@@ -402,7 +406,7 @@ mod tests {
         let mut filter = Filter::new(&record, 0..record.len(), &noise, model.by_torque());
         let still = Moving { speed_m_s: 0.3, yaw_rate_rad_s: -0.7, ..Moving::default() };
         let step = Step {
-            torques: [0.0; 2],
+            torques: Some([0.0; 2]),
             sideways: 0.0,
             drift: [0.0; 2],
             lasting: Default::default(),

@@ -5,6 +5,7 @@ use super::filter::{Corrected, Filter, Lasting, Matrix, N, Step, TH, V, Vector, 
 use crate::gap::drive::ekf::models::Models;
 use crate::gap::drive::ekf::noise::{Channel, Noise, Process};
 use crate::gap::drive::ekf::slopes::Slopes;
+use crate::gap::drive::ekf::unknown_input;
 use crate::gap::drive::record::Record;
 use crate::gap::drive::record::reckoning::FirstPose;
 use crate::gap::drive::regressors::basis::{COSINES, Column, FUNCTIONS, Row, Scales, cosines_of};
@@ -116,6 +117,8 @@ pub(crate) struct FilterPass<'a> {
     /// Mean accelerations of the filter in the last step: a late reading holds a part of that step, and of the change
     /// by noise in it
     stepped: [f64; 2],
+    /// What the readings tell of v and of ω, over what those of the nominal robot do.
+    steep: [f64; 2],
     slopes: Slopes,
     row: Row,
     wheel_angles_rad: [f64; 2],
@@ -159,6 +162,7 @@ impl<'a> FilterPass<'a> {
             past: Past::default(),
             before: ([0.0; 2], [0.0; 2]),
             stepped: [0.0; 2],
+            steep: [1.0; 2],
             slopes: Slopes::new(scales.slopes_over_s),
             row: Row { wheel_angles: [(0.0, 1.0); 2], ..Row::default() },
             wheel_angles_rad: [0.0; 2],
@@ -256,6 +260,9 @@ impl<'a> FilterPass<'a> {
         let step = [1e-4 * scales.speed, 1e-4 * scales.yaw_rate];
         let by_speed = expected(&models.here, &Moving { speed_m_s: at.speed_m_s + step[0], ..at });
         let by_rate = expected(&models.here, &Moving { yaw_rate_rad_s: at.yaw_rate_rad_s + step[1], ..at });
+        let by = |moved: &[f64; 3], step: f64| std::array::from_fn(|channel| (moved[channel] - here[channel]) / step);
+        let (by_speed, by_rate): ([f64; 3], [f64; 3]) = (by(&by_speed, step[0]), by(&by_rate, step[1]));
+        self.steep = unknown_input::steepness(record, self.noise, by_speed, by_rate);
         let mut uncertain = models.here.wheel_variance_rad2_s2(&at);
         let at_rims = self.noise.process.at_rims;
         if at_rims > 0.0 {
@@ -277,8 +284,7 @@ impl<'a> FilterPass<'a> {
             let mut h = [0.0; N];
             let nu = match channel {
                 Channel::WheelLeft | Channel::WheelRight | Channel::Gyro => {
-                    h[V] = (by_speed[place] - here[place]) / step[0];
-                    h[W] = (by_rate[place] - here[place]) / step[1];
+                    (h[V], h[W]) = (by_speed[place], by_rate[place]);
                     let e = if channel == Channel::Gyro { error } else { 0.0 };
                     value - here[place] - e
                 }
@@ -341,24 +347,27 @@ impl<'a> FilterPass<'a> {
         let torques = record.torques(k);
         let mut at = self.moving(k);
         model.forces(&at, &mut out.forces);
-        model.accelerate_with(&mut at, torques, |place, _| Some(out.forces[place]));
+        if record.torques_n_m.is_some() {
+            model.accelerate_with(&mut at, torques, |place, _| Some(out.forces[place]));
+        }
         model.renew_forces(&at, &mut out.forces);
         if self.free {
             self.look_ahead(&at, torques, dt, out);
         }
-        // without torques accelerations last
+        // without torques accelerations last, and friction says nothing: torques that nobody logged make up for it
         let (mut drift, mut lasting) = ([0.0; 2], [Lasting::default(); 2]);
         if record.torques_n_m.is_none() {
             let Process { lasting: share, agility, .. } = &self.noise.process;
             let lasts = self.scales.classes.lasts(agility, k);
-            let own = [at.acceleration_m_s2, at.yaw_acceleration_rad_s2];
-            drift = [0, 1].map(|i| share * (if lasts[i] { self.before.0[i] } else { 0.0 } - own[i]));
+            drift = [0, 1].map(|i| if lasts[i] { share * self.before.0[i] } else { 0.0 });
             lasting = [0, 1].map(|i| Lasting { share: *share, over: self.slopes.over[i], lasts: lasts[i] });
         }
         out.leaving = at;
-        let ratios = self.scales.classes.ratios(&self.noise.process.agility, k);
-        let diffusion = [0, 1].map(|i| self.noise.process.diffusion[i] * ratios[i]);
-        out.step = Step { torques, sideways: model.sideways_m_s(&at), drift, lasting, diffusion, dt };
+        let Process { diffusion, agility, unknown_input, .. } = &self.noise.process;
+        let ratios = self.scales.classes.ratios(agility, k);
+        let diffusion = [0, 1].map(|i| diffusion[i] * ratios[i] + unknown_input[i] / self.steep[i].powi(2));
+        let forced = record.torques_n_m.is_some().then_some(torques);
+        out.step = Step { torques: forced, sideways: model.sideways_m_s(&at), drift, lasting, diffusion, dt };
         out.middle = (at.heading_rad + 0.5 * dt * at.yaw_rate_rad_s).sin_cos();
         out.f = self.filter.jacobian(model, &at, &out.forces, &out.step, out.middle, self.scales);
         self.before = ([at.acceleration_m_s2, at.yaw_acceleration_rad_s2], at.wheel_force_n);

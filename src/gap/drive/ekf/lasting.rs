@@ -1,7 +1,8 @@
-//! ∂v'/∂β = (1 - φ)(∂v/∂β + dt ∂f/∂β) + φ (∂v/∂β + dt ∂a/∂β),   a = (v(t) - v(t - τ))/τ
+//! ∂v'/∂β = ∂v/∂β + φ dt ∂a/∂β,   a = (v(t) - v(t - τ))/τ
 //!
-//! Of an acceleration a beyond the model's own f the share φ lasts to the next row, v' = v + dt (f + φ (a - f)), where no torques tell
-//! it; and so does its derivative by a coefficient β.
+//! Where no torques tell an acceleration a, its share φ lasts to the next row, v' = v + dt φ a; and so does its
+//! derivative by a coefficient β. The model's own forces have no part in it: without torques they would be those of a
+//! robot that coasts.
 
 use super::filter::{Lasting, N, TH, V, X, Y};
 use std::collections::VecDeque;
@@ -11,17 +12,10 @@ use std::collections::VecDeque;
 pub(crate) struct SlopeTangents {
     /// At the last rows, the newest last.
     arrived: VecDeque<[Vec<f64>; 2]>,
-    /// In this row, before the step.
-    here: [Vec<f64>; 2],
     rows: usize,
 }
 
 impl SlopeTangents {
-    /// Derivatives of the state before a step.
-    pub(crate) fn leave(&mut self, state: &[Vec<f64>; N]) {
-        self.here.iter_mut().zip(&state[V..]).for_each(|(own, from)| own.clone_from(from));
-    }
-
     /// Adds to the derivatives of the state after a step of `dt` s, by the model, those of what lasts; `middle`: sine and cosine of the
     /// heading half way.
     pub(crate) fn arrive(&mut self, state: &mut [Vec<f64>; N], lasting: &[Lasting; 2], dt: f64, middle: (f64, f64)) {
@@ -32,9 +26,9 @@ impl SlopeTangents {
                 let by = if *lasts { dt / over_s } else { 0.0 };
                 Some((&self.arrived[newest][i], &self.arrived[newest.checked_sub(rows)?][i], by))
             });
-            for (c, before) in self.here[i].iter().enumerate() {
-                let lasts = slope.map_or(0.0, |(now, then, by)| by * (now[c] - then[c]));
-                let added = share * (lasts - (state[V + i][c] - before));
+            let Some((now, then, by)) = slope else { continue };
+            for c in 0..now.len() {
+                let added = share * by * (now[c] - then[c]);
                 state[V + i][c] += added;
                 // half of the change within the step
                 if i == 0 {

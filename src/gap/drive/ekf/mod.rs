@@ -10,3 +10,4 @@ pub(crate) mod models;
 pub(crate) mod noise;
 pub(crate) mod sensitivity;
 pub(crate) mod slopes;
+pub(crate) mod unknown_input;

@@ -43,6 +43,9 @@ pub(crate) struct Process {
     pub diffusion: [f64; 2],
     /// Diffusion in rows with little and with much change of motion, relative to that mean
     pub agility: Ratios,
+    /// Diffusion of v (m²/s³) and ω (rad²/s³) by an input that nothing is known of, with which the motion before a row
+    /// tells nothing of it; zero where that has to tell
+    pub unknown_input: [f64; 2],
     /// Share of an acceleration that lasts to the next row, 0 to 1
     pub lasting: f64,
     /// Torque noise of each wheel that is white within a step, squared: N²·m²·s
@@ -53,7 +56,7 @@ pub(crate) struct Process {
 
 impl Default for Process {
     fn default() -> Self {
-        Self { diffusion: [0.0; 2], agility: EVEN, lasting: 0.0, ripple: 0.0, at_rims: 0.0 }
+        Self { diffusion: [0.0; 2], agility: EVEN, unknown_input: [0.0; 2], lasting: 0.0, ripple: 0.0, at_rims: 0.0 }
     }
 }
 

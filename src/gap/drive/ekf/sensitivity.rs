@@ -170,13 +170,8 @@ impl<'a> Tangents<'a> {
 
     /// Prediction to the next row.
     fn predict(&mut self, row: &RowLinearization) {
-        // the share is one for the whole pass
-        let last = row.step.lasting.iter().any(|l| l.share > 0.0);
-        if let Some(lasting) = self.lasting.as_mut().filter(|_| last) {
-            lasting.leave(&self.state);
-        }
         self.advance(row);
-        if let Some(lasting) = self.lasting.as_mut().filter(|_| last) {
+        if let Some(lasting) = &mut self.lasting {
             lasting.arrive(&mut self.state, &row.step.lasting, row.step.dt, row.middle);
         }
     }
@@ -212,11 +207,14 @@ impl<'a> Tangents<'a> {
                         continue;
                     }
                     let mut moved = *at;
-                    model.accelerate_with(&mut moved, torques, |place, effect| {
-                        let shaped = || effect.force_of(self.shapes.of(i, effect, &model.robot, at), &model.robot, at);
-                        let same = known[place].map(|same| row.forces[same]);
-                        same.or_else(|| (*own == Some(place)).then(shaped))
-                    });
+                    if let Some(torques) = torques {
+                        model.accelerate_with(&mut moved, torques, |place, effect| {
+                            let shape =
+                                || effect.force_of(self.shapes.of(i, effect, &model.robot, at), &model.robot, at);
+                            let same = known[place].map(|same| row.forces[same]);
+                            same.or_else(|| (*own == Some(place)).then(shape))
+                        });
+                    }
                     self.adds[c] = [
                         (moved.acceleration_m_s2 - at.acceleration_m_s2) / step,
                         (moved.yaw_acceleration_rad_s2 - at.yaw_acceleration_rad_s2) / step,

@@ -24,7 +24,14 @@ use std::ops::Range;
 /// Values of the share of an acceleration that lasts from row to row.
 const LASTING: [f64; 6] = [0.0, 0.5, 0.75, 0.9, 0.95, 1.0];
 /// Start of the search with one diffusion for all rows.
-const BEGIN: Process = Process { diffusion: [0.001, 0.002], agility: EVEN, lasting: 0.9, ripple: 0.0, at_rims: 0.0 };
+const BEGIN: Process = Process {
+    diffusion: [0.001, 0.002],
+    agility: EVEN,
+    unknown_input: [0.0; 2],
+    lasting: 0.9,
+    ripple: 0.0,
+    at_rims: 0.0,
+};
 /// Gain needed for a diffusion of each class of rows, nats a row. Classes chosen by the motion itself gain a hundredth
 /// where all rows are alike; where motion is even but for corners they gain one and more.
 const CLASSES_WORTH: f64 = 0.1;
@@ -128,6 +135,11 @@ fn stated(record: &Record, noise: &Noise) -> Noise {
 /// likely ones where these gain more than they cost.
 #[must_use]
 pub(crate) fn likely(record: &Record, models: &Models, noise: &Noise) -> Noise {
+    let known = without_unknown_input(record, models, noise);
+    Noise { process: Process { unknown_input: record.belief.unknown_input, ..known.process }, ..known }
+}
+
+fn without_unknown_input(record: &Record, models: &Models, noise: &Noise) -> Noise {
     let stated = stated(record, noise);
     let known = noise.process.diffusion.iter().all(|q| *q > 0.0);
     let mut begin = *noise;
@@ -148,7 +160,7 @@ pub(crate) fn likely(record: &Record, models: &Models, noise: &Noise) -> Noise {
         }
         let ripple = noise.process.ripple;
         let (diffusion, agility, lasting) = agility::likely(record, &from, &SENSIBLE);
-        let ways = [Process { ripple, ..BEGIN }, Process { diffusion, agility, lasting, ripple, at_rims: 0.0 }];
+        let ways = [Process { ripple, ..BEGIN }, Process { diffusion, agility, lasting, ripple, ..BEGIN }];
         let [one, classes] = ways.map(|process| Noise { process, ..from });
         let (one, classes) = rayon::join(|| climb.from(one, FAR, varied), || climb.from(classes, NEAR, varied));
         if classes.0 > one.0 + CLASSES_WORTH * record.len() as f64 { classes } else { one }
@@ -185,7 +197,9 @@ struct Climb<'a> {
 impl Climb<'_> {
     /// ln p; -∞ where the filter diverges.
     fn weigh(&self, noise: &Noise) -> f64 {
-        let ln = run(self.record, self.models, noise, &[], |_| {}).ln_likelihood();
+        // with one, nothing is left of the motion to be compared
+        let process = Process { unknown_input: [0.0; 2], ..noise.process };
+        let ln = run(self.record, self.models, &Noise { process, ..*noise }, &[], |_| {}).ln_likelihood();
         if ln.is_finite() { ln } else { f64::NEG_INFINITY }
     }
 
@@ -273,6 +287,7 @@ pub(crate) mod tests {
             warm_up: WarmUp { c1_rad_s: 0.0, c2_rad_s: 0.0, time_constant_s: 100.0 },
             turn_on_bias_std_rad_s: 1e-4,
             warm_up_relative_std: 0.0,
+            unknown_input: [0.0; 2],
         }
     }
 
@@ -349,7 +364,7 @@ pub(crate) mod tests {
         let noise = Noise::believed(&record, None);
         let found = likely(&record, &models, &noise);
         assert_eq!(found.reading, noise.reading, "as large as stated");
-        let found = found.process;
+        let found = Process { unknown_input: [0.0; 2], ..found.process };
         assert!(found.lasting.abs() < 1e-12, "{found:?}");
         for (q, truth) in found.diffusion.iter().zip(truth) {
             // ln q is known to √(2/n) from n rows: five standard deviations

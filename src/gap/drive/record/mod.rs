@@ -80,6 +80,9 @@ pub(crate) struct Belief {
     pub turn_on_bias_std_rad_s: f64,
     /// Relative standard deviation of C1 and T over power-ons.
     pub warm_up_relative_std: f64,
+    /// Diffusion of v (m²/s³) and ω (rad²/s³) by an input that nothing is known of, with which the motion before a row
+    /// tells nothing of it; zero where it does.
+    pub unknown_input: [f64; 2],
 }
 
 impl Record {

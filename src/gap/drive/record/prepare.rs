@@ -247,6 +247,7 @@ fn belief(config: &Config, gyro_step_s: Option<f64>, notes: &mut Vec<String>) ->
         warm_up: gyro.map_or(WarmUp { c1_rad_s: 0.0, c2_rad_s: 0.0, time_constant_s: 1.0 }, Gyro::warm_up),
         turn_on_bias_std_rad_s: turn_on,
         warm_up_relative_std: relative,
+        unknown_input: [0.0; 2],
     })
 }
 
