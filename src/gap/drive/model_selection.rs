@@ -78,18 +78,22 @@ pub(crate) fn mounting(record: &Record, effects: &[&'static dyn Driving], option
     reference_extrinsics::find(record, &InitialNoise::of(record).nominal, effects, &options.prior)
 }
 
-/// Compares sets of `effects` and free forms on `record`. A cause without a name is told only where it stands with the
-/// motion as an unknown input too.
+/// Compares sets of `effects` and free forms on `record`. A free form is told only where one stands with the motion as an
+/// unknown input too.
 #[must_use]
 pub(crate) fn judge(record: &Record, effects: &[&'static dyn Driving], options: &Options) -> Judged {
     let mut judged = judge_as_predicted(record, effects, options);
-    if let Some(record) = judged.unknown.then(|| unknown_input::assumed(record)).flatten() {
+    let lacks_a_name = |judged: &Judged| {
+        let best = judged.findings.sets.first();
+        judged.unknown || best.is_some_and(|set| set.parts.iter().any(|part| !part.named))
+    };
+    if let Some(record) = lacks_a_name(&judged).then(|| unknown_input::assumed(record)).flatten() {
         let mut other = judge_as_predicted(&record, effects, options);
-        let step = trail::unknown_input(!other.unknown);
-        if !other.unknown {
+        let named = !lacks_a_name(&other);
+        if named {
             std::mem::swap(&mut judged, &mut other);
         }
-        judged.findings.trace.push(step);
+        judged.findings.trace.push(trail::unknown_input(named));
     }
     judged
 }

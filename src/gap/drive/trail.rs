@@ -51,15 +51,15 @@ pub(super) fn promising(best: &PreprocessingHypothesis) -> impl Iterator<Item = 
     step.into_iter()
 }
 
-/// The recording read with its motion as an unknown input; `taken`: no cause without a name is left.
+/// The recording read with its motion as an unknown input; `taken`: no free form is left.
 pub(super) fn unknown_input(taken: bool) -> Step {
     let (decision, reason) = if taken {
         (
             Decision::Taken,
-            "the motion before each row leaves a cause without a name, what instruments tell of each other in one row does not",
+            "the motion before each row asks for a free form, what instruments tell of each other in one row does not",
         )
     } else {
-        (Decision::Removed, "the cause without a name stands without the motion before each row too")
+        (Decision::Removed, "a free form is needed without the motion before each row too")
     };
     Step::new(TraceStage::Preprocessing, "motion as an unknown input", decision, reason)
 }

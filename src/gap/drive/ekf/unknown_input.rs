@@ -7,7 +7,7 @@
 //! the sum of all. What the readings of one row tell of each other does not depend on S.
 //!
 //! But delays within a row, bursts of lost ticks and noise that is averaged are told by the motion alone. So a drive is
-//! judged with this diffusion only where the motion leaves a cause without a name. That takes instruments that are read
+//! judged with this diffusion only where the motion asks for a free form. That takes instruments that are read
 //! in the same rows, and often: derivatives are those at the prediction.
 
 use crate::gap::drive::ekf::agility::{Source, sources};
