@@ -117,7 +117,7 @@ pub(crate) struct FilterPass<'a> {
     /// Mean accelerations of the filter in the last step: a late reading holds a part of that step, and of the change
     /// by noise in it
     stepped: [f64; 2],
-    /// What the readings tell of v and of ω, over what those of the nominal robot do.
+    /// √(h'R⁻¹h) of v and of ω over that of the nominal robot, where the motion is an unknown input; else one.
     steep: [f64; 2],
     slopes: Slopes,
     row: Row,
@@ -262,7 +262,9 @@ impl<'a> FilterPass<'a> {
         let by_rate = expected(&models.here, &Moving { yaw_rate_rad_s: at.yaw_rate_rad_s + step[1], ..at });
         let by = |moved: &[f64; 3], step: f64| std::array::from_fn(|channel| (moved[channel] - here[channel]) / step);
         let (by_speed, by_rate): ([f64; 3], [f64; 3]) = (by(&by_speed, step[0]), by(&by_rate, step[1]));
-        self.steep = unknown_input::steepness(record, self.noise, by_speed, by_rate);
+        if self.noise.process.unknown_input != [0.0; 2] {
+            self.steep = unknown_input::steepness(record, self.noise, by_speed, by_rate);
+        }
         let mut uncertain = models.here.wheel_variance_rad2_s2(&at);
         let at_rims = self.noise.process.at_rims;
         if at_rims > 0.0 {
@@ -345,9 +347,10 @@ impl<'a> FilterPass<'a> {
         let model = &models.here;
         let dt = record.times_s[k + 1] - record.times_s[k];
         let torques = record.torques(k);
+        let forced = record.torques_n_m.is_some().then_some(torques);
         let mut at = self.moving(k);
         model.forces(&at, &mut out.forces);
-        if record.torques_n_m.is_some() {
+        if forced.is_some() {
             model.accelerate_with(&mut at, torques, |place, _| Some(out.forces[place]));
         }
         model.renew_forces(&at, &mut out.forces);
@@ -356,7 +359,7 @@ impl<'a> FilterPass<'a> {
         }
         // without torques accelerations last, and friction says nothing: torques that nobody logged make up for it
         let (mut drift, mut lasting) = ([0.0; 2], [Lasting::default(); 2]);
-        if record.torques_n_m.is_none() {
+        if forced.is_none() {
             let Process { lasting: share, agility, .. } = &self.noise.process;
             let lasts = self.scales.classes.lasts(agility, k);
             drift = [0, 1].map(|i| if lasts[i] { share * self.before.0[i] } else { 0.0 });
@@ -366,7 +369,6 @@ impl<'a> FilterPass<'a> {
         let Process { diffusion, agility, unknown_input, .. } = &self.noise.process;
         let ratios = self.scales.classes.ratios(agility, k);
         let diffusion = [0, 1].map(|i| diffusion[i] * ratios[i] + unknown_input[i] / self.steep[i].powi(2));
-        let forced = record.torques_n_m.is_some().then_some(torques);
         out.step = Step { torques: forced, sideways: model.sideways_m_s(&at), drift, lasting, diffusion, dt };
         out.middle = (at.heading_rad + 0.5 * dt * at.yaw_rate_rad_s).sin_cos();
         out.f = self.filter.jacobian(model, &at, &out.forces, &out.step, out.middle, self.scales);
@@ -375,7 +377,7 @@ impl<'a> FilterPass<'a> {
         self.filter.predict(model, &at, &out.step, &out.f);
         let to = self.speeds();
         self.stepped = [0, 1].map(|i| (to[i] - from[i]) / dt);
-        if record.torques_n_m.is_none() {
+        if forced.is_none() {
             // without torques accelerations come from the change of the speeds, and forces from the accelerations
             self.before = self.slopes.push(dt, to, model);
         }

@@ -60,10 +60,9 @@ fn are_read_together(record: &Record) -> bool {
     both as f64 >= TOGETHER * any as f64
 }
 
-/// What the readings of one row tell of v and of ω, over what they do of those of the nominal robot: √(h'R⁻¹h), h their
-/// derivatives. The input is as unknown in the unit of the readings, whatever scales them; else a smaller scale of all
-/// speeds would gain half a nat a row. `by_speed`, `by_yaw_rate`: derivatives of left wheel, right wheel and gyro by v
-/// (rad/m) and ω.
+/// √(h'R⁻¹h) of v and of ω over that of the nominal robot, h the derivatives of the readings of one row: the input is as
+/// unknown in the unit of the readings, whatever scales them. Else a smaller scale of all speeds would gain a nat a row.
+/// `by_speed`, `by_yaw_rate`: derivatives of left wheel, right wheel and gyro by v (rad/m) and ω.
 pub(super) fn steepness(record: &Record, noise: &Noise, by_speed: [f64; 3], by_yaw_rate: [f64; 3]) -> [f64; 2] {
     let robot = &record.belief.robot;
     let gyro = f64::from(u8::from(record.gyro_rad_s.is_some()));

@@ -135,11 +135,6 @@ fn stated(record: &Record, noise: &Noise) -> Noise {
 /// likely ones where these gain more than they cost.
 #[must_use]
 pub(crate) fn likely(record: &Record, models: &Models, noise: &Noise) -> Noise {
-    let known = without_unknown_input(record, models, noise);
-    Noise { process: Process { unknown_input: record.belief.unknown_input, ..known.process }, ..known }
-}
-
-fn without_unknown_input(record: &Record, models: &Models, noise: &Noise) -> Noise {
     let stated = stated(record, noise);
     let known = noise.process.diffusion.iter().all(|q| *q > 0.0);
     let mut begin = *noise;
@@ -158,10 +153,10 @@ fn without_unknown_input(record: &Record, models: &Models, noise: &Noise) -> Noi
         if known {
             return climb.from(from, NEAR, varied);
         }
-        let ripple = noise.process.ripple;
+        let one = Process { ripple: noise.process.ripple, unknown_input: record.belief.unknown_input, ..BEGIN };
         let (diffusion, agility, lasting) = agility::likely(record, &from, &SENSIBLE);
-        let ways = [Process { ripple, ..BEGIN }, Process { diffusion, agility, lasting, ripple, ..BEGIN }];
-        let [one, classes] = ways.map(|process| Noise { process, ..from });
+        let [one, classes] =
+            [one, Process { diffusion, agility, lasting, ..one }].map(|process| Noise { process, ..from });
         let (one, classes) = rayon::join(|| climb.from(one, FAR, varied), || climb.from(classes, NEAR, varied));
         if classes.0 > one.0 + CLASSES_WORTH * record.len() as f64 { classes } else { one }
     };
@@ -364,7 +359,7 @@ pub(crate) mod tests {
         let noise = Noise::believed(&record, None);
         let found = likely(&record, &models, &noise);
         assert_eq!(found.reading, noise.reading, "as large as stated");
-        let found = Process { unknown_input: [0.0; 2], ..found.process };
+        let found = found.process;
         assert!(found.lasting.abs() < 1e-12, "{found:?}");
         for (q, truth) in found.diffusion.iter().zip(truth) {
             // ln q is known to √(2/n) from n rows: five standard deviations
