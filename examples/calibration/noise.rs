@@ -120,19 +120,13 @@ pub fn allan(logs: u64) -> Result<Vec<Row>> {
             rows.push(if row.consistent() { row } else { row.with_note(note) });
         }
     };
-    // Greenhall and Riley take the angle as averaged over a sample, which leaves a sixth more degrees of freedom at m = 1
-    let sample = "the degrees of freedom are a sixth too many";
     let few = "eight means: the type of the noise is that of shorter times";
     for deviation in Deviation::ALL {
         let name = deviation.id().replace('_', " ").replace("total", "total allan");
         let logs = held(231_000, Truth::default(), deviation, &|m| white(deviation, m));
-        add(&format!("white: {name}"), [sample, "", "", few], &logs);
+        add(&format!("white: {name}"), ["", "", "", few], &logs);
     }
     let both = "two noises at once, each with other degrees of freedom";
-    add(
-        "N and K: overlapping allan",
-        [sample, both, both, few],
-        &held(241_000, walk, Deviation::Overlapping, &walking),
-    );
+    add("N and K: overlapping allan", ["", both, both, few], &held(241_000, walk, Deviation::Overlapping, &walking));
     Ok(rows)
 }

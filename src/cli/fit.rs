@@ -182,7 +182,7 @@ fn fitted(
                 }
             };
             let residuals = Residuals::of(reduced, &*error);
-            let directions: Vec<&dyn Fn(f64) -> f64> = directions.iter().map(|f| &**f).collect();
+            let directions: Vec<&(dyn Fn(f64) -> f64 + Sync)> = directions.iter().map(|f| &**f).collect();
             let validation = validate::whiteness_reduced(&residuals, &directions, whiteness);
             let report = finished(facts, fit, by_temperature, validation);
             if !show.picture && show.page.is_none() {
@@ -196,7 +196,7 @@ fn fitted(
 }
 
 /// A function of time, s.
-type Function<'a> = Box<dyn Fn(f64) -> f64 + 'a>;
+type Function<'a> = Box<dyn Fn(f64) -> f64 + Sync + 'a>;
 
 /// The fit against temperature. One that fails is told in the notes, unless the model is to be of it.
 fn held_against(

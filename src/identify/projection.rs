@@ -6,6 +6,7 @@ use super::options::Fixed;
 use super::surface::{Linear, Surface};
 use crate::math::legendre::{self, COUNT};
 use crate::signal::Moments;
+use rayon::prelude::*;
 
 /// Beyond this many time constants exp(-t/T) is below the rounding of 1.
 const GONE: f64 = 45.0;
@@ -14,6 +15,8 @@ const GONE: f64 = 45.0;
 /// to the next is white among them.
 pub(super) const SHORTEST: f64 = 32_768.0;
 const FEWEST: f64 = 64.0;
+/// Classes that one core takes at once, at least: fewer cost less than to hand them over.
+const TOGETHER: usize = 256;
 
 /// Sums over the samples, with g = 1 - exp(-u), d = u exp(-u) = -∂g/∂ln T, u = t/T.
 /// y counts from the moments' reference.
@@ -97,7 +100,8 @@ impl<'a> Projection<'a> {
         };
         self.moments
             .classes
-            .iter()
+            .par_iter()
+            .with_min_len(TOGETHER)
             .map(|class| {
                 let h = class.half_s / time_constant;
                 // so wide a block lies where exp(-t/T) is gone, and is never asked for q

@@ -56,24 +56,43 @@ pub(crate) fn lags(n: usize) -> usize {
 /// Fewest samples for which the tests are run.
 pub(crate) const FEWEST: usize = 12;
 
-/// Runs all tests on `x`; `periodogram` must have been made for its length. `None` with too few samples, or where
-/// the series is constant.
-pub(crate) fn evaluate(x: &[f64], periodogram: &mut Periodogram) -> Option<Whiteness> {
+/// What the tests need of a series of one length, made once for many of them.
+#[derive(Debug, Clone)]
+pub(crate) struct Plan {
+    periodogram: Periodogram,
+    /// Standard normal dither of the runs test, as many as samples were there.
+    dither: Vec<f64>,
+}
+
+impl Plan {
+    /// For series of `len` samples, missing ones counted.
+    #[must_use]
+    pub(crate) fn new(len: usize) -> Self {
+        Self { periodogram: Periodogram::new(len), dither: Vec::new() }
+    }
+}
+
+/// Runs all tests on `x`, for whose length `plan` must have been made, and returns the ordinates of its periodogram
+/// beside them. `None` with too few samples, or where the series is constant.
+pub(crate) fn evaluate(x: &[f64], plan: &mut Plan) -> Option<(Whiteness, Vec<f64>)> {
     let n = x.iter().filter(|v| v.is_finite()).count();
     if n < FEWEST {
         return None;
     }
-    let correlation = autocorrelation(x, lags(n))?;
-    let ordinates = periodogram.ordinates(x);
-    Some(Whiteness {
+    let Plan { periodogram, dither } = plan;
+    let (runs, (correlation, ordinates)) =
+        rayon::join(|| runs(x, n, dither), || (autocorrelation(x, lags(n)), periodogram.ordinates(x)));
+    let correlation = correlation?;
+    let whiteness = Whiteness {
         samples: n,
         autocorrelation_bound: NORMAL_975 / correlation.effective.get(1)?.sqrt(),
         lags_outside: lags_outside(&correlation)?,
         ljung_box: ljung_box(&correlation, x.len())?,
         cumulative_periodogram: cumulative_periodogram(&ordinates)?,
-        runs: runs(x)?,
+        runs: runs?,
         autocorrelation: correlation.r,
-    })
+    };
+    Some((whiteness, ordinates))
 }
 
 fn lags_outside(c: &Autocorrelation) -> Option<TestResult> {
@@ -147,13 +166,16 @@ const DITHER: f64 = 0.5;
 
 /// Runs about the median. Where many samples share a value (a lattice, or a sharp peak), the side on which they fall
 /// would be decided by the last digits of whatever smooth curve was subtracted, in long runs; independent dither
-/// decides it instead, and leaves white noise white. Its seed is fixed.
-fn runs(x: &[f64]) -> Option<TestResult> {
-    let n = x.iter().filter(|v| v.is_finite()).count();
+/// decides it instead, and leaves white noise white. Its seed is fixed, so that series of `n` samples that are there share
+/// one `dither`.
+fn runs(x: &[f64], n: usize, dither: &mut Vec<f64>) -> Option<TestResult> {
+    if dither.len() != n {
+        let mut draw = Stream::new(0, n as u64);
+        *dither = (0..n).map(|_| draw.normal()).collect();
+    }
     let square: f64 = x.iter().filter(|v| v.is_finite()).map(|v| v * v).sum();
-    let dither = DITHER * (square / n as f64).sqrt();
-    let mut draw = Stream::new(0, n as u64);
-    let there: Vec<f64> = x.iter().filter(|v| v.is_finite()).map(|v| v + dither * draw.normal()).collect();
+    let size = DITHER * (square / n as f64).sqrt();
+    let there: Vec<f64> = x.iter().filter(|v| v.is_finite()).zip(dither).map(|(v, d)| v + size * *d).collect();
     let mut sorted = there.clone();
     let median = *sorted.select_nth_unstable_by(n / 2, f64::total_cmp).1;
     let (mut above, mut below, mut runs, mut last) = (0.0, 0.0, 0.0, None);
@@ -185,10 +207,10 @@ mod tests {
 
     /// Share of rejections at 5 % in `draws` series of `n` by each test.
     fn rejections(n: usize, draws: u64, series: impl Fn(&mut Stream) -> Vec<f64>) -> [f64; 4] {
-        let mut plan = Periodogram::new(n);
+        let mut plan = Plan::new(n);
         let mut count = [0.0; 4];
         for seed in 0..draws {
-            let w = evaluate(&series(&mut Stream::new(seed, n as u64)), &mut plan).unwrap();
+            let (w, _) = evaluate(&series(&mut Stream::new(seed, n as u64)), &mut plan).unwrap();
             w.p_values().iter().zip(&mut count).for_each(|(p, c)| *c += f64::from(u8::from(*p < 0.05)));
         }
         count.map(|c| c / draws as f64)
@@ -250,8 +272,8 @@ mod tests {
 
     #[test]
     fn too_little_or_constant_is_no_answer() {
-        assert!(evaluate(&[1.0; 50], &mut Periodogram::new(50)).is_none());
-        assert!(evaluate(&[1.0, 2.0, 3.0], &mut Periodogram::new(3)).is_none());
-        assert!(evaluate(&[f64::NAN; 50], &mut Periodogram::new(50)).is_none());
+        assert!(evaluate(&[1.0; 50], &mut Plan::new(50)).is_none());
+        assert!(evaluate(&[1.0, 2.0, 3.0], &mut Plan::new(3)).is_none());
+        assert!(evaluate(&[f64::NAN; 50], &mut Plan::new(50)).is_none());
     }
 }

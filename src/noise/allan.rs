@@ -12,11 +12,14 @@
 //! Definitions: Riley, NIST SP 1065 (2008), equations 11, 17, 20, 25. Each costs one pass over θ for each τ. The total
 //! deviation is not corrected for its bias (-2.4 % at τ a tenth of the log under flicker noise, -3.8 % under a random walk).
 
-use super::confidence::{NoiseExponent, degrees_of_freedom, interval95, noise_exponent, total_degrees_of_freedom};
+use super::confidence::{
+    NoiseExponent, degrees_of_freedom, interval95, noise_exponent, total_degrees_of_freedom,
+    white_rate_degrees_of_freedom,
+};
 use rayon::prelude::*;
 use serde::Serialize;
 
-/// Up to here the total deviation has the degrees of freedom of the overlapping one.
+/// Up to here the total deviation has the degrees of freedom of the overlapping one, and white rates their exact ones.
 const FEW_AVERAGED: usize = 16;
 
 /// A member of the Allan family.
@@ -83,11 +86,16 @@ impl Deviation {
     /// Equivalent degrees of freedom with `m` of `rates` samples averaged.
     #[must_use]
     pub(crate) fn degrees_of_freedom(self, alpha: NoiseExponent, m: usize, rates: usize) -> f64 {
+        // an average of one sample is modified by nothing
+        let modified = self == Self::Modified && m > 1;
         match self {
+            _ if alpha == 0 && m <= FEW_AVERAGED && !modified => {
+                white_rate_degrees_of_freedom(self.differences(), m, rates + 1)
+            }
             // the published coefficients are those of many samples averaged; with few it is all but the overlapping one
             Self::Total if m > FEW_AVERAGED && alpha <= 0 => total_degrees_of_freedom(alpha, m, rates),
             Self::Total => degrees_of_freedom(alpha, 2, m, rates + 1, false),
-            _ => degrees_of_freedom(alpha, self.differences(), m, rates + 1, self == Self::Modified),
+            _ => degrees_of_freedom(alpha, self.differences(), m, rates + 1, modified),
         }
     }
 

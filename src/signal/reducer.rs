@@ -5,11 +5,10 @@
 //! that remain are evenly spread. Blocks of the moments are never wider than an eighth of the time gone by, as in
 //! [`Moments`], and twice as long after each few hundred of them.
 
-use super::moments::Moments;
+use super::moments::{LastTable, Moments};
 use super::reduced::{Coarse, Reduced, Stretch};
 use super::slots::GAP_STEPS;
 use crate::error::{Error, ErrorKind, Result};
-use crate::math::legendre::COUNT;
 
 /// How much is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -205,7 +204,7 @@ struct MomentPass {
     at_cap: usize,
     times: Vec<f64>,
     values: Vec<f64>,
-    table: Vec<[f64; COUNT]>,
+    last: LastTable,
 }
 
 impl MomentPass {
@@ -226,7 +225,7 @@ impl MomentPass {
             at_cap: 0,
             times: Vec::new(),
             values: Vec::new(),
-            table: Vec::new(),
+            last: LastTable::default(),
         }
     }
 
@@ -249,7 +248,7 @@ impl MomentPass {
     }
 
     fn close(&mut self) {
-        self.moments.uneven_block(&self.times, &self.values, self.first_s, &mut self.table);
+        self.moments.add_block(&self.times, &self.values, self.first_s, &mut self.last);
         self.at_cap += usize::from(self.times.len() == self.cap);
         if self.at_cap == BLOCKS_AT_CAP && self.cap < LARGEST_CAP {
             self.cap *= 2;

@@ -8,8 +8,7 @@
 
 use crate::math::basis::Basis;
 use crate::math::random::Stream;
-use crate::math::spectra::Periodogram;
-use crate::math::whiteness::{self, Whiteness};
+use crate::math::whiteness::{self, Plan, Whiteness};
 use crate::signal::TimeAxis;
 use crate::signal::slots::{block_means, slots};
 use rayon::prelude::*;
@@ -106,14 +105,13 @@ fn judge(
     let mut levels: Vec<Level> = Vec::new();
     for &size in sizes {
         let blocks = means(size);
-        let mut plan = Periodogram::new(blocks.len());
-        if let Some(whiteness) = whiteness::evaluate(&blocks, &mut plan) {
+        if let Some((whiteness, ordinates)) = whiteness::evaluate(&blocks, &mut Plan::new(blocks.len())) {
             levels.push(Level {
                 averaging_time_s: step_s * size as f64,
                 block_samples: size,
                 calibrated_p_values: whiteness.p_values(),
                 whiteness,
-                cumulative_periodogram: whiteness::cumulative(&plan.ordinates(&blocks)),
+                cumulative_periodogram: whiteness::cumulative(&ordinates),
             });
         }
     }
@@ -160,7 +158,7 @@ fn joint(
     let base = means(base_size);
     let directions = orthonormal(&columns(base_size), &base);
     let ratios: Vec<usize> = levels[first..].iter().map(|l| l.block_samples / base_size).collect();
-    let plans: Vec<Periodogram> = ratios.iter().map(|r| Periodogram::new(base.len() / r)).collect();
+    let plans: Vec<Plan> = ratios.iter().map(|r| Plan::new(base.len() / r)).collect();
     let drawn: Vec<Vec<f64>> = (0..options.draws as u64)
         .into_par_iter()
         .map_init(
@@ -209,7 +207,7 @@ fn permuted_p_values(
     base: &[f64],
     directions: &Basis,
     ratios: &[usize],
-    plans: &mut [Periodogram],
+    plans: &mut [Plan],
     seed: u64,
     draw: u64,
 ) -> Vec<f64> {
@@ -224,7 +222,7 @@ fn permuted_p_values(
     }
     let mut out = Vec::with_capacity(4 * ratios.len());
     for (ratio, plan) in ratios.iter().zip(plans) {
-        if let Some(w) = whiteness::evaluate(&block_means(&series, *ratio), plan) {
+        if let Some((w, _)) = whiteness::evaluate(&block_means(&series, *ratio), plan) {
             out.extend(w.p_values());
         }
     }

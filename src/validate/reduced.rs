@@ -8,6 +8,7 @@ use crate::bias::WarmUp;
 use crate::math::spectra::quick_len;
 use crate::signal::Reduced;
 use crate::signal::slots::block_means;
+use rayon::prelude::*;
 
 /// Samples of the stretches that are tested: more show nothing that matters, and cost memory.
 const TESTED: usize = 1 << 21;
@@ -36,13 +37,13 @@ impl<'a> Residuals<'a> {
 
     /// The residuals of `log` under an error (rad/s) that is a function of its time (s).
     #[must_use]
-    pub fn of(log: &'a Reduced, error_rad_s: &dyn Fn(f64) -> f64) -> Self {
+    pub fn of(log: &'a Reduced, error_rad_s: &(dyn Fn(f64) -> f64 + Sync)) -> Self {
         let c = &log.coarse;
-        let coarse: Vec<f64> = c.means.iter().enumerate().map(|(i, y)| y - error_rad_s(c.middle_s(i))).collect();
+        let coarse: Vec<f64> = c.means.par_iter().enumerate().map(|(i, y)| y - error_rad_s(c.middle_s(i))).collect();
         let most = (TESTED / log.stretches.len().max(1)).max(1);
         let less = |first_s: f64, values: &[f64]| {
             let at = |i: usize| error_rad_s(first_s + i as f64 * c.step_s);
-            values.iter().take(most).enumerate().map(|(i, y)| y - at(i)).collect::<Vec<f64>>()
+            values[..values.len().min(most)].par_iter().enumerate().map(|(i, y)| y - at(i)).collect::<Vec<f64>>()
         };
         // with single slots the coarse series is all there is to know
         let fast = if c.block == 1 { &[][..] } else { &log.stretches };
@@ -86,7 +87,11 @@ impl<'a> Residuals<'a> {
 /// [`super::whiteness()`] of the residuals of a log of which one pass kept block means and raw stretches. `fitted` holds the
 /// directions that the fit has taken out of them, as functions of time (s).
 #[must_use]
-pub fn whiteness_reduced(residuals: &Residuals, fitted: &[&dyn Fn(f64) -> f64], options: &Options) -> Validation {
+pub fn whiteness_reduced(
+    residuals: &Residuals,
+    fitted: &[&(dyn Fn(f64) -> f64 + Sync)],
+    options: &Options,
+) -> Validation {
     let (log, c) = (residuals.log, &residuals.log.coarse);
     let whole = |size: usize| {
         if size < log.coarse_from() { size } else { ((size + c.block / 2) / c.block).max(1) * c.block }
@@ -94,8 +99,8 @@ pub fn whiteness_reduced(residuals: &Residuals, fitted: &[&dyn Fn(f64) -> f64], 
     let sizes: Vec<usize> = block_sizes(c.slots(), c.step_s).into_iter().map(whole).collect();
     // only averages over blocks are few enough to be permuted
     let columns = |size: usize| -> Vec<Vec<f64>> {
-        let column = |f: &&dyn Fn(f64) -> f64| {
-            let fine: Vec<f64> = (0..c.means.len()).map(|i| f(c.middle_s(i))).collect();
+        let column = |f: &&(dyn Fn(f64) -> f64 + Sync)| {
+            let fine: Vec<f64> = (0..c.means.len()).into_par_iter().map(|i| f(c.middle_s(i))).collect();
             block_means(&fine, (size / c.block).max(1))
         };
         fitted.iter().map(column).collect()

@@ -105,7 +105,8 @@ fn two_million_samples_from_parquet_and_csv_give_the_same_both_ways() {
         let known = validate::whiteness(time, &residuals, &in_memory.jacobian(time), &options);
         let left = Residuals::new(&once.log, &in_one_pass.model());
         let directions = in_one_pass.directions();
-        let directions: Vec<&dyn Fn(f64) -> f64> = directions.iter().map(|f| f as &dyn Fn(f64) -> f64).collect();
+        type Direction<'a> = &'a (dyn Fn(f64) -> f64 + Sync);
+        let directions: Vec<Direction> = directions.iter().map(|f| f as Direction).collect();
         let found = validate::whiteness_reduced(&left, &directions, &options);
         assert_eq!(found.levels.len(), known.levels.len());
         assert!((found.white, known.white) == (true, true), "{} {}", found.joint_p_value, known.joint_p_value);
