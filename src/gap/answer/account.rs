@@ -4,10 +4,11 @@
 //! nominal simulator) and added last (to all other effects). From them follow the idle effects, the main effect, the
 //! verdict and the remainder of the answer.
 
+use super::gain::Gain;
 use super::{Answer, Metric, Place, Remainder, Verdict};
 use crate::effects::Parameters;
 use crate::error::Result;
-use crate::gap::holdout::{Closed, block_rows, block_sums};
+use crate::gap::holdout::Closed;
 use crate::gap::selection::findings::Findings;
 use crate::gap::trace::{Decision, Step, TraceStage};
 use crate::math::NORMAL_975;
@@ -16,44 +17,8 @@ use statrs::function::erf::erfc;
 
 /// Expected gain below which an effect is idle, nats: a superfluous parameter gains as much by chance.
 const LEAST_NATS: f64 = 2.0;
-/// Fewest scores that are taken for rows; shorter series hold one score a block already.
-const FEWEST_ROWS: usize = 80;
 /// Share of the gap above which the named effects explain most of it.
 const MOST: f64 = 0.5;
-
-/// A gain in log score with its standard deviation, nats.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) struct Gain {
-    /// The gain.
-    pub nats: f64,
-    /// Its standard deviation, from blocks of time long enough to be independent.
-    pub std_nats: f64,
-}
-
-impl Gain {
-    /// Gain of the log densities `after` over `before`, row by row.
-    fn of(before: &[f64], after: &[f64]) -> Self {
-        let gained: Vec<f64> = before.iter().zip(after).map(|(b, a)| a - b).collect();
-        let rows = if gained.len() < FEWEST_ROWS { 1 } else { block_rows(before, after) };
-        let sums = block_sums(&gained, rows);
-        let n = sums.len() as f64;
-        let nats: f64 = sums.iter().sum();
-        let squares: f64 = sums.iter().map(|s| (s - nats / n).powi(2)).sum();
-        Self { nats, std_nats: (squares * n / (n - 1.0).max(1.0)).sqrt() }
-    }
-
-    /// The gain as ln evidence, nats. The log likelihood ratio of a true model has the variance 2 |gain|; where it
-    /// scatters more, rows are not independent or the model is not all of it, and the gain is tempered by 2 |gain| over
-    /// its variance (as Lyddon, Holmes & Walker 2019 calibrate a likelihood, Biometrika 106, 465).
-    fn evidence_nats(self) -> f64 {
-        self.nats * (2.0 * self.nats.abs() / self.std_nats.powi(2).max(f64::MIN_POSITIVE)).min(1.0)
-    }
-
-    /// Ends of the 95 % interval.
-    fn ci95(self) -> [f64; 2] {
-        [self.nats - NORMAL_975 * self.std_nats, self.nats + NORMAL_975 * self.std_nats]
-    }
-}
 
 /// Gains of an effect that was found.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,6 +34,8 @@ pub(crate) struct Tested {
     expected_nats: Vec<f64>,
     /// Half the sum of both gains in each row (or block), nats.
     rows: Vec<f64>,
+    /// Whether it is read off the numbers of that recording themselves: then no gain speaks against it.
+    pub is_read_off: bool,
 }
 
 impl Tested {
@@ -79,7 +46,7 @@ impl Tested {
 
     /// Whether the measured recording contradicts it: both gains lie below zero beyond chance.
     fn is_refuted(&self) -> bool {
-        [self.first, self.last].iter().all(|gain| gain.ci95()[1] < -LEAST_NATS)
+        !self.is_read_off && [self.first, self.last].iter().all(|gain| gain.ci95()[1] < -LEAST_NATS)
     }
 
     /// Whether it closes no measurable part of the gap: neither gain lies above zero beyond chance, and the gain to be
@@ -119,7 +86,7 @@ pub(crate) fn test(
         let (first, last) = (Gain::of(&none, &alone), Gain::of(&without, &all));
         let above = [first, last].iter().any(|gain| gain.ci95()[0] > 0.0);
         let expected_nats = if above { Vec::new() } else { expect(effect)? };
-        Ok(Tested { id: effect.0.clone(), first, last, expected_nats, rows })
+        Ok(Tested { id: effect.0.clone(), first, last, expected_nats, rows, is_read_off: false })
     };
     effects.par_iter().enumerate().map(one).collect()
 }
@@ -141,7 +108,8 @@ pub(crate) fn refuted(tested: &[Tested]) -> Vec<String> {
 
 /// Effects of `tested` that the hold-out recording speaks against, each with its ln evidence there, nats, below zero.
 fn against(tested: &[Tested]) -> Vec<(String, f64)> {
-    tested.iter().map(|t| (t.id.clone(), t.mean().evidence_nats())).filter(|t| t.1 < 0.0).collect()
+    let all = tested.iter().filter(|t| !t.is_read_off).map(|t| (t.id.clone(), t.mean().evidence_nats()));
+    all.filter(|t| t.1 < 0.0).collect()
 }
 
 /// Effects of `tested` that are present beyond doubt and idle.
@@ -172,6 +140,8 @@ fn steps(tested: &[Tested], refuted: &[String], idle: &[String]) -> Vec<Step> {
         } else if idle.contains(&t.id) {
             let step = step(Decision::Removed, ": idle, no gain worth the name is to be expected of it");
             step.limit("least gain to be expected", LEAST_NATS, "nats")
+        } else if t.is_read_off {
+            step(Decision::Taken, ": read off the numbers of this recording themselves")
         } else if first[0].max(last[0]) > 0.0 {
             step(Decision::Taken, "").limit("lower end of an interval above which one closes something", 0.0, "nats")
         } else {
@@ -353,18 +323,6 @@ mod tests {
     /// Gain a row of effects as large as found, nats.
     const EXPECTED: [(&str, f64); 1] = [("weak", 6.0 / 4000.0)];
 
-    fn findings(ids: &[&str]) -> Findings {
-        let parts: Vec<Part> = ids.iter().map(|id| Part::new(id, true, 9.0)).collect();
-        let set = WeightedSet { parts, ln_weight: 0.0, probability: 1.0 };
-        Findings { sets: vec![set], ..Findings::default() }
-    }
-
-    #[test]
-    fn a_gain_that_scatters_more_than_a_true_model_s_counts_for_less() {
-        let of = |nats: f64, variance: f64| Gain { nats, std_nats: variance.sqrt() }.evidence_nats();
-        assert_eq!([of(8.0, 16.0), of(-8.0, 4.0), of(-8.0, 64.0), of(0.0, 0.0)], [8.0, -8.0, -2.0, 0.0]);
-    }
-
     fn answered(verdict: Verdict, main: Option<&str>, together: &[&str]) -> Answer {
         let mut answer = crate::gap::answer::compose::answer(&findings(&[]), |_| None);
         answer.verdict = verdict;
@@ -377,6 +335,12 @@ mod tests {
 
     fn closed(estimate: f64, ci95: [f64; 2]) -> Closed {
         Closed { estimate: Some(estimate), ci95: Some(ci95), paired: false, gained_nats: 1.0, expected_gain_nats: 1.0 }
+    }
+
+    fn findings(ids: &[&str]) -> Findings {
+        let parts: Vec<Part> = ids.iter().map(|id| Part::new(id, true, 9.0)).collect();
+        let set = WeightedSet { parts, ln_weight: 0.0, probability: 1.0 };
+        Findings { sets: vec![set], ..Findings::default() }
     }
 
     #[test]
@@ -412,7 +376,7 @@ mod tests {
     fn what_the_recording_held_out_contradicts_has_no_name() {
         // one that loses as much as a true one gains, one whose loss is within chance and below the least gain, and a
         // true one
-        let all = tested(&[("false", -0.1), ("chance", -1.0 / 4000.0), ("true", 0.1)]);
+        let mut all = tested(&[("false", -0.1), ("chance", -1.0 / 4000.0), ("true", 0.1)]);
         assert_eq!(refuted(&all), ["false"]);
         let mut found = findings(&["false", "true"]);
         found.refute(&refuted(&all));
@@ -422,6 +386,9 @@ mod tests {
         found.refute(&refuted(&all));
         let left = &found.sets[0].parts[0];
         assert!(left.id == "free.refuted.false" && !left.named && left.share == 9.0 && left.parameters.is_empty());
+        // what the recording's own numbers show is there
+        all[0].is_read_off = true;
+        assert!(refuted(&all).is_empty() && against(&all).iter().all(|(id, _)| id != "false"));
     }
 
     #[test]

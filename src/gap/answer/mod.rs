@@ -3,6 +3,7 @@
 pub(crate) mod account;
 pub(crate) mod calibration;
 pub(crate) mod compose;
+mod gain;
 use super::trace::Step;
 use crate::effects::{About, Parameters};
 use crate::navigate::Summary;

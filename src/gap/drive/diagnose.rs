@@ -4,7 +4,7 @@ use super::ekf::effect_set::EffectSet;
 use super::holdout::navigating::filter_gain;
 use super::holdout::traces::traces;
 use super::holdout::{self, DriveFar};
-use super::model_selection::{Judged, judge, unknowable};
+use super::model_selection::{Judged, SAME_STEP, judge, unknowable};
 use super::preprocess::{clocks, wheel_offset};
 use super::record::Record;
 use super::record::ready::{Ready, ready};
@@ -112,6 +112,12 @@ pub(crate) fn diagnose(
         }),
     );
     judged.findings.trace.splice(0..0, clocks.offsets.iter().zip(&clocks.said).map(clock_step));
+    // readings on the same lattice show it, however well its rounding is predicted
+    let lsb_rad_s = measured.wheel_lsb_rad_s();
+    for test in tested.iter_mut().filter(|t| is_lattice(library, &t.id)) {
+        let lsb = found.iter().filter(|f| f.0 == test.id).flat_map(|f| f.1.values()).next();
+        test.is_read_off = lsb.zip(lsb_rad_s).is_some_and(|(own, there)| (own / there).ln().abs() < SAME_STEP);
+    }
     let refuted = if kept.is_some() { account::refuted(&tested) } else { Vec::new() };
     account::weigh(&mut judged.findings, &mut tested, &refuted, kept.is_some(), vouched.is_some());
     let findings = &judged.findings;

@@ -64,7 +64,7 @@ pub(crate) struct Judged {
 }
 
 /// ln of the ratio of two quantization steps up to which they are the same.
-const SAME_STEP: f64 = 0.01;
+pub(crate) const SAME_STEP: f64 = 0.01;
 /// Most searches for a delay of the wheels, each with the model found so far.
 const SETTLING: usize = 5;
 

@@ -158,8 +158,11 @@ pub(super) fn changes(simulator: &Record, real: &Record, library: &Library, leas
         return Vec::new();
     }
     let price = price(here.count.min(there.count));
+    // rounding that is coarser than the noise of the wheels hides it
+    let rounded = [simulator, real].iter().any(|r| r.wheel_lsb_rad_s().is_some());
     [(Instrument::Gyro, there.gyro, here.gyro), (Instrument::Wheels, there.wheels, here.wheels)]
         .into_iter()
+        .filter(|(of, ..)| *of != Instrument::Wheels || !rounded)
         .filter_map(|(of, simulator, real)| {
             let nats = 0.5 * z(simulator, real).powi(2) - price;
             // less than its own error is not told: the ratio is then the least that is likely

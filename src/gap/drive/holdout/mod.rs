@@ -1,8 +1,9 @@
 //! Share of the gap of a drive that a set of effects closes, on a hold-out recording.
 //!
 //! Log score: Σ ln p(reading | readings before). C2, C1, T and all else that is drawn anew in each run are integrated
-//! over their priors: ln p = -½ Σ (ν²/S + ln 2πS) - ½ ln det(I + U G U) + ½ b'(G + U⁻²)⁻¹ b. With quantization the
-//! density is probability / lsb.
+//! over their priors: ln p = -½ Σ (ν²/S + ln 2πS) - ½ ln det(I + U G U) + ½ b'(G + U⁻²)⁻¹ b. Where the wheels' readings lie
+//! on a lattice the density is probability / lsb, under every model alike: a smooth density at the points of a lattice could
+//! exceed what any model of the lattice can reach.
 //! Horizons: the model drives without readings, with the recorded torques (where there are none: with the wheels), from
 //! the pose at the beginning of each window; and the filter of the model does, with wheels and gyro.
 
@@ -109,6 +110,9 @@ struct Kept {
 fn score_drive(record: &Record, bursts: Option<&LostTicks>, under: &Under) -> Vec<f64> {
     let claimed = under.claimed;
     let noise = claimed.noise(record, under.process);
+    // step of the readings' lattice, and the variance of rounding to it that S holds
+    let claimed_lsb = claimed.wheel_lsb_rad_s.map(|lsb| (lsb, lsb * lsb / 12.0));
+    let lattice_of_wheels = claimed_lsb.or_else(|| record.wheel_lsb_rad_s().map(|lsb| (lsb, 0.0)));
     let restored;
     let (record, extra) = match bursts {
         Some(b) => {
@@ -178,9 +182,9 @@ fn score_drive(record: &Record, bursts: Option<&LostTicks>, under: &Under) -> Ve
         let white = i.white - explained;
         let normal = -0.5 * (white * white + (std::f64::consts::TAU * i.std * i.std).ln());
         let wheel = matches!(i.channel, Channel::WheelLeft | Channel::WheelRight);
-        rows[i.row] += match claimed.wheel_lsb_rad_s.filter(|_| wheel) {
-            Some(lsb) => {
-                let spread = (i.std * i.std - lsb * lsb / 12.0).max(1e-12 * lsb * lsb).sqrt();
+        rows[i.row] += match lattice_of_wheels.filter(|_| wheel) {
+            Some((lsb, rounding)) => {
+                let spread = (i.std * i.std - rounding).max(1e-12 * lsb * lsb).sqrt();
                 let on = on_lattice(white * i.std, spread, lsb);
                 lattice += on - normal;
                 on

@@ -9,7 +9,6 @@ use crate::gap::drive::preprocess::torque_bandwidth;
 use crate::gap::drive::record::Record;
 use crate::gap::drive::regressors::candidates::{Candidates, Kind};
 use crate::gap::drive::screening::best_single_effect::alone;
-use crate::gap::rest::nongaussian::quantization::Grain;
 
 /// Noise and motion beyond the model, before any effect is known.
 pub(crate) struct InitialNoise {
@@ -23,8 +22,7 @@ pub(crate) struct InitialNoise {
 
 impl InitialNoise {
     pub(crate) fn of(record: &Record) -> Self {
-        let white = record.belief.wheel_std_rad_s;
-        let lsb = record.wheels_rad_s.iter().filter_map(|w| Grain::of(w, white).lsb_rad_s).reduce(f64::min);
+        let lsb = record.wheel_lsb_rad_s();
         let mut noise = Noise { wheel_lsb_rad_s: lsb.unwrap_or(0.0), ..Noise::believed(record, lsb) };
         if record.torques_n_m.is_none() {
             noise = acceleration_model::likely(record, &Models::plain(record), &noise);

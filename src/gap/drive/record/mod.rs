@@ -12,6 +12,7 @@ pub(crate) mod testable;
 use self::given::Given;
 use crate::bias::WarmUp;
 use crate::config::Steering;
+use crate::gap::rest::nongaussian::quantization::Grain;
 use crate::model::drive::{DriveEffect, DriveModel, Robot};
 
 /// Fewest rows that can be diagnosed.
@@ -108,6 +109,13 @@ impl Record {
     #[must_use]
     pub(crate) fn is_blind(&self) -> bool {
         self.torques_n_m.is_none() && self.pose.is_none()
+    }
+
+    /// Quantization step of the wheels' readings, rad/s; none where they lie on no lattice, or on one finer than their noise.
+    #[must_use]
+    pub(crate) fn wheel_lsb_rad_s(&self) -> Option<f64> {
+        let white = self.belief.wheel_std_rad_s;
+        self.wheels_rad_s.iter().filter_map(|w| Grain::of(w, white).lsb_rad_s).reduce(f64::min)
     }
 
     /// Torques of row `k`, N·m, missing ones held; zero where they were not logged.
