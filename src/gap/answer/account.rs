@@ -207,10 +207,11 @@ pub(crate) fn settle(
         let presence = presence.map_or(0.0, |e| e.probability);
         if !answer.together.is_empty() {
             let why =
-                if closed.paired { ", of the gain that is to be expected of them: it decides nothing" } else { "" };
+                if closed.paired { ", of the gain that is to be expected of them: a loss alone decides" } else { "" };
             let reason = format!("they close {told}{why}");
             answer.trace.push(Step::new(TraceStage::HoldOut, "all that have a name", Decision::Estimated, reason));
         }
+        let read_off = tested.iter().any(|t| t.is_read_off && answer.together.contains(&t.id));
         match answer.verdict {
             // a gap within the scatter of the score of one recording is no proof of another cause
             Verdict::Identified if high < MOST && !closed.paired => {
@@ -219,6 +220,15 @@ pub(crate) fn settle(
                 );
                 let step = Step::new(TraceStage::Naming, IDENTIFIED, Decision::Rejected, why);
                 unseat(answer, less * presence, step.limit(SHARE, MOST, ""), place(None));
+            }
+            // whatever the floor: a cause does not make predictions worse
+            Verdict::Identified if high < 0.0 && !read_off => {
+                let why = format!(
+                    "With what has a name the simulator predicts the recording on which the gap is measured worse than without, beyond \
+                     chance: they close {told}. The cause is another one."
+                );
+                let step = Step::new(TraceStage::Naming, IDENTIFIED, Decision::Rejected, why);
+                unseat(answer, less, step.limit(SHARE, 0.0, ""), place(None));
             }
             // a paired floor is the expected gain itself: its closed share proves nothing
             Verdict::Unknown if low > MOST && !closed.paired && presence * (1.0 - less) > MOST => {
@@ -420,6 +430,21 @@ mod tests {
         let mut answer = answered(Verdict::Unknown, None, &["one"]);
         settle(&mut answer, &tested(&[("one", 0.1)]), None, |_| None);
         assert_eq!((answer.verdict, answer.main.as_deref()), (Verdict::Unknown, Some("one")));
+    }
+
+    #[test]
+    fn a_name_that_predicts_worse_is_no_cause_unless_it_is_read_off() {
+        for (ci95, is_read_off, verdict) in [
+            ([-0.8, -0.2], false, Verdict::Unknown),
+            ([-0.8, 0.1], false, Verdict::Identified),
+            ([-0.8, -0.2], true, Verdict::Identified),
+        ] {
+            let mut all = tested(&[("one", -1.0 / 4000.0)]);
+            all[0].is_read_off = is_read_off;
+            let mut answer = answered(Verdict::Identified, Some("one"), &["one"]);
+            settle(&mut answer, &all, Some(&Closed { paired: true, ..closed(-0.5, ci95) }), |_| None);
+            assert_eq!(answer.verdict, verdict, "{ci95:?}, {is_read_off}");
+        }
     }
 
     #[test]

@@ -96,7 +96,7 @@ fn std(values: &[f64]) -> f64 {
 /// A gap that does not exceed two standard deviations of this chance plus that of an unnamed level, and every gap under
 /// [`Options::whole_log`] or [`Options::in_pairs`], is measured in pairs. The floor is then the nominal score on the
 /// recording plus the expected gain, so that chance cancels; the interval is that of the gain over simulated
-/// recordings. The share is none where the expected gain is not above 2 nats.
+/// recordings, or over blocks of this one where they scatter more. The share is none where the expected gain is not above 2 nats.
 #[must_use]
 pub(crate) fn gap_closed(scores: &Scores<'_>, block_rows: usize, options: &Options) -> Closed {
     let total = |v: &[f64]| v.iter().sum::<f64>();
@@ -116,8 +116,12 @@ pub(crate) fn gap_closed(scores: &Scores<'_>, block_rows: usize, options: &Optio
     }
     let resolved = gains.len() >= 2 && expected_gain_nats > LEAST_GAIN_NATS;
     let estimate = resolved.then(|| gained_nats / expected_gain_nats);
+    // on a recording that the model does not describe the gain scatters more than on the model's own
+    let each: Vec<f64> = scores.after.iter().zip(scores.before).map(|(a, b)| a - b).collect();
+    let sums = block_sums(&each, block_rows);
+    let scatter = std(&gains).max(std(&sums) * (sums.len() as f64).sqrt());
     let ci95 = estimate.map(|share| {
-        let half = NORMAL_975 * std(&gains) * (1.0 + 1.0 / logs).sqrt() / expected_gain_nats;
+        let half = NORMAL_975 * scatter * (1.0 + 1.0 / logs).sqrt() / expected_gain_nats;
         [share - half, share + half]
     });
     Closed { estimate, ci95, paired: true, gained_nats, expected_gain_nats }
