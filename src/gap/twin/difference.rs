@@ -253,7 +253,7 @@ fn subtract(
     let mut hidden = false;
     for effect in answer.effects.iter_mut().filter(|e| named.contains(&e.id) || e.probability > LIKELY) {
         let Some(about) = about(&effect.id) else { continue };
-        let mut held: Vec<Held> = Vec::new();
+        let mut held: Vec<(Inherited, f64, f64)> = Vec::new();
         for parameter in about.parameters {
             let Some(null) = parameter.null else { continue };
             let (Some(value), Some(std)) = (effect.parameters.get(parameter.name), effect.std.get(parameter.name))
@@ -264,17 +264,16 @@ fn subtract(
             let simulator = says(effect, parameter.name);
             held.push(one(&effect.id, parameter.name, null, real, simulator));
         }
-        let Some(best) = best(&held) else { continue };
+        let Some((before, share)) = kept_share(&held) else { continue };
         // an effect in whose place another could stand was named for what it explains: its evidence is then how far it is from none
-        let nats = effect.evidence_nats.filter(|nats| *nats >= findings.least_nats);
-        let beyond = best.nats_beyond(nats.unwrap_or(0.5 * best.before().powi(2)));
-        let left = beyond / factor;
+        let nats = effect.evidence_nats.filter(|nats| *nats >= findings.least_nats).unwrap_or(0.5 * before * before);
+        let left = share * nats / factor;
         let is_gap = left >= findings.least_nats;
-        hidden |= !is_gap && beyond >= findings.least_nats;
+        hidden |= !is_gap && share * nats >= findings.least_nats;
         // no surer than the evidence that is left makes it, however much was there before
         effect.probability = effect.probability.min(presence(left, findings, temperature));
         effect.evidence_nats = effect.evidence_nats.map(|_| left);
-        for Held { inherited, .. } in &mut held {
+        for (inherited, ..) in &mut held {
             inherited.is_gap = is_gap;
             effect.parameters.insert(inherited.parameter.clone(), inherited.difference.value);
             effect.std.insert(inherited.parameter.clone(), inherited.difference.std);
@@ -282,7 +281,7 @@ fn subtract(
         if !is_gap {
             taken_out.push(effect.id.clone());
         }
-        all.extend(held.into_iter().map(|h| h.inherited));
+        all.extend(held.into_iter().map(|h| h.0));
     }
     for id in &taken_out {
         let reason =
@@ -308,61 +307,27 @@ fn subtract(
     all
 }
 
-/// One parameter of an effect, held against the simulator's.
-struct Held {
-    inherited: Inherited,
-    /// Deviation from none in the recording.
-    own: Said,
-    /// The same less the simulator's, with the simulator's standard deviation: infinite where its log does not tell.
-    beyond: Said,
-}
-
-impl Held {
-    /// z of the recording's deviation.
-    fn before(&self) -> f64 {
-        z(self.own.value, self.own.std)
-    }
-
-    /// z of what is beyond the simulator's, with the recording's standard deviation `wider` times as large.
-    fn after(&self, wider: f64) -> f64 {
-        z(self.beyond.value, self.beyond.std.hypot(wider * self.own.std))
-    }
-
-    /// Evidence, nats, of what is beyond the simulator's, of the `nats` in the recording: ½ z². Far from none evidence grows more
-    /// slowly than ½ z². The recording's standard deviation is then too small for it, and the simulator's, near none, is not.
-    fn nats_beyond(&self, nats: f64) -> f64 {
-        let before = self.before();
-        let wider = if nats > 0.0 { before / (2.0 * nats).sqrt() } else { 1.0 };
-        match before > 0.0 {
-            true if wider > 1.0 => (0.5 * self.after(wider).powi(2)).min(nats),
-            true => nats * (self.after(1.0) / before).powi(2).min(1.0),
-            false => nats,
-        }
-    }
-}
-
-fn z(value: f64, std: f64) -> f64 {
-    if std > 0.0 { (value / std).abs() } else { 0.0 }
-}
-
-fn one(id: &str, name: &str, null: f64, real: Said, simulator: Option<Said>) -> Held {
+/// One parameter of an effect, with z before and after.
+fn one(id: &str, name: &str, null: f64, real: Said, simulator: Option<Said>) -> (Inherited, f64, f64) {
     // a ratio is compared in its logarithm
     let is_ratio = null == 1.0 && real.value > 0.0;
     let deviation = |s: Said| if is_ratio { Said { value: s.value.ln(), std: s.std / s.value } } else { s };
     let own = deviation(real);
     let other = simulator.map_or(Said { value: 0.0, std: f64::INFINITY }, deviation);
-    let beyond = Said { value: own.value - other.value, std: other.std };
-    let (value, std) = (beyond.value, own.std.hypot(other.std));
+    let std = own.std.hypot(other.std);
+    let value = if simulator.is_some() { own.value - other.value } else { own.value };
+    let z = |value: f64, std: f64| if std > 0.0 { (value / std).abs() } else { 0.0 };
     let difference = if is_ratio { Said { value: value.exp(), std: value.exp() * std } } else { Said { value, std } };
     let inherited = Inherited { id: id.into(), parameter: name.into(), real, simulator, difference, is_gap: true };
-    Held { inherited, own, beyond }
+    (inherited, z(own.value, own.std), z(value, std))
 }
 
-/// The parameter that proves an effect best: in the recording *and* beyond the simulator. One that the recording does not tell differs
-/// from the simulator's by the latter's chance.
-fn best(held: &[Held]) -> Option<&Held> {
-    let proves = |h: &Held| (h.before().min(h.after(1.0)), h.before());
-    held.iter().max_by(|a, b| proves(a).partial_cmp(&proves(b)).unwrap_or(Ordering::Equal))
+/// z of the parameter that proves an effect best, and the share of its evidence that is beyond the simulator's. It proves it in the
+/// recording *and* beyond the simulator: one that the recording does not tell differs from the simulator's by the latter's chance.
+fn kept_share(held: &[(Inherited, f64, f64)]) -> Option<(f64, f64)> {
+    let proves = |h: &(Inherited, f64, f64)| (h.1.min(h.2), h.1);
+    let best = held.iter().max_by(|a, b| proves(a).partial_cmp(&proves(b)).unwrap_or(Ordering::Equal));
+    best.map(|(_, before, after)| (*before, if *before > 0.0 { (after / before).powi(2).min(1.0) } else { 1.0 }))
 }
 
 /// The verdict that follows from what is left. `misfit`: that of the twin, and whether it may hide a named effect.
@@ -452,30 +417,11 @@ fn cannot_tell(answer: &mut Answer, misfit: &Misfit) {
 mod tests {
     use super::*;
 
-    fn held(parameters: &[([f64; 2], Option<[f64; 2]>)]) -> Vec<Held> {
-        let said = |[value, std]: [f64; 2]| Said { value, std };
-        parameters.iter().map(|(real, simulator)| one("", "", 0.0, said(*real), simulator.map(said))).collect()
-    }
-
-    /// Share of the evidence that is beyond the simulator's. `parameters`: value and standard deviation in the recording, and in the
-    /// simulator's log.
+    /// `parameters`: value and standard deviation in the recording, and in the simulator's log.
     fn share(parameters: &[([f64; 2], Option<[f64; 2]>)]) -> f64 {
-        let held = held(parameters);
-        let best = best(&held).unwrap();
-        let nats = 0.5 * best.before().powi(2);
-        best.nats_beyond(nats) / nats
-    }
-
-    /// A delay of 30 ms told to 10 µs has 30 000 nats, not the 4.5 million of its standard deviation; the simulator's of 1.2 ± 1.3 ms is
-    /// beyond doubt another one.
-    #[test]
-    fn evidence_that_grows_slowly_still_tells_one_size_from_another() {
-        let held = held(&[([0.03, 1e-5], Some([1.2e-3, 1.3e-3]))]);
-        let beyond = best(&held).unwrap().nats_beyond(3e4);
-        assert!((beyond / (0.5 * (28.8f64 / 1.3).powi(2)) - 1.0).abs() < 0.02, "{beyond}");
-        // a recording that does not tell more precisely than its evidence allows tells no difference
-        let near = one("", "", 0.0, Said { value: 0.03, std: 1e-5 }, Some(Said { value: 0.0299, std: 1e-5 }));
-        assert!(near.nats_beyond(10.0) < 0.1);
+        let said = |[value, std]: [f64; 2]| Said { value, std };
+        let each = parameters.iter().map(|(real, simulator)| one("", "", 0.0, said(*real), simulator.map(said)));
+        kept_share(&each.collect::<Vec<_>>()).unwrap().1
     }
 
     /// A slide of 4.5 standard deviations, 1.6 beyond the simulator's, and a bend that only the simulator's log tells.
