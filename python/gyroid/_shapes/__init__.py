@@ -88,7 +88,6 @@ from gyroid._shapes._drive import GapExplain as GapExplain
 from gyroid._shapes._drive import _GapCompareEffects as _GapCompareEffects
 from gyroid._shapes._drive import _GapCompareRemainderWhere as _GapCompareRemainderWhere
 from gyroid._shapes._drive import _GapCompareRemainder as _GapCompareRemainder
-from gyroid._shapes._drive import _GapCompareWhere as _GapCompareWhere
 from gyroid._shapes._drive import _GapCompareEquations as _GapCompareEquations
 from gyroid._shapes._drive import _GapCompareCurves as _GapCompareCurves
 from gyroid._shapes._drive import _GapCompareTwinParametersValue as _GapCompareTwinParametersValue

@@ -368,14 +368,6 @@ class _GapCompareRemainder(Record):
     where: _GapCompareRemainderWhere
 
 
-class _GapCompareWhere(Record):
-    channel: str
-    equation: str
-    time_s: Any
-    frequency_hz: Array | None
-    condition: Any
-
-
 class _GapCompareEquations(Record):
     equation: str
     channel: str
@@ -468,7 +460,7 @@ class GapCompare(Record):
     time_offsets: Rows[_GapDiagnoseTimeOffsets]
     cannot_tell_apart: Array
     alike: Rows[_GapDiagnoseAlike] | None
-    where: _GapCompareWhere
+    where: _GapDiagnoseWhere | None
     equations: Rows[_GapCompareEquations] | None
     gap: Rows[_GapDiagnoseGap]
     navigation: _GapDiagnoseNavigation | None
