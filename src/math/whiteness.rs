@@ -56,7 +56,7 @@ pub(crate) fn lags(n: usize) -> usize {
 /// Fewest samples for which the tests are run.
 pub(crate) const FEWEST: usize = 12;
 
-/// What the tests need of a series of one length, made once for many of them.
+/// Transform and dither for series of one length, made once for many of them.
 #[derive(Debug, Clone)]
 pub(crate) struct Plan {
     periodogram: Periodogram,
