@@ -50,7 +50,8 @@ fn intervals_cover_what_they_say_in_white_noise() {
 }
 
 #[test]
-fn intervals_cover_under_a_random_walk_where_least_squares_does_not() {
+#[ignore = "battery: some seconds"]
+fn battery_intervals_cover_under_a_random_walk_where_least_squares_does_not() {
     // K L / N = 60: the walk ends at 4e-4 rad/s, a fifth of C1
     let (ours, plain) = coverage(400, 1800, 3e-4, 1e-5);
     println!("random walk: profile {ours:?}, least squares {plain:?}");

@@ -151,7 +151,8 @@ mod tests {
     }
 
     #[test]
-    fn ordinary_populations_raise_their_stated_rate() {
+    #[ignore = "battery: some seconds"]
+    fn battery_ordinary_populations_raise_their_stated_rate() {
         // 0.05 within three binomial standard deviations; seeds 0 to 999
         let runs = 1000;
         let bound = 3.0 * (0.05 * 0.95 / runs as f64).sqrt();

@@ -37,7 +37,8 @@ fn a_load_that_is_known_is_no_finding() {
 
 /// A twin of the simulator carries what the robot is told to have carried.
 #[test]
-fn a_load_that_is_known_is_no_difference_of_simulator_and_robot() {
+#[ignore = "battery: some seconds"]
+fn battery_a_load_that_is_known_is_no_difference_of_simulator_and_robot() {
     let place = Place::with(&[("robot.toml", &driving(50.0, 0.005))]);
     loaded(&place);
     place.ok("simulate robot.toml --course random --duration 60 --seed 5 -o sim.parquet");

@@ -86,7 +86,8 @@ fn what_makes_their_simulator_better_is_entered_and_nothing_else() {
 
 /// Simulators of robots whose motors hold speeds follow the speeds that were asked for.
 #[test]
-fn a_simulator_without_torques_gets_the_commands() {
+#[ignore = "battery: some seconds"]
+fn battery_a_simulator_without_torques_gets_the_commands() {
     let wide = "[[effect]]\nid = \"wheel.radius_scale\"\nrelative = 0.03\n";
     let simulator =
         SIMULATOR.replace("mass=\"11.1\"", "size=\"0.065 ").replace("test -f", "cp \"$2\" seen.csv; test -f");

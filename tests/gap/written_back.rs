@@ -71,7 +71,8 @@ fn what_the_description_has_no_place_for_is_python_for_its_log() {
 }
 
 #[test]
-fn the_replay_judges_the_python_too() {
+#[ignore = "battery: some seconds"]
+fn battery_the_replay_judges_the_python_too() {
     let with_numpy = std::process::Command::new("python3").args(["-c", "import numpy"]).output();
     let place = place();
     let text = place.ok(&format!("{LINE} {COMMAND}"));

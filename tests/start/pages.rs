@@ -60,7 +60,7 @@ fn commands_of_one_log_write_pages_with_verdict_figures_and_hashes() {
 #[test]
 fn commands_of_a_drive_write_pages_with_its_paths() {
     let place = prepared();
-    place.ok("simulate heavy.toml --course brisk --duration 90 --seed 1 -o drive.csv");
+    place.ok("simulate heavy.toml --course brisk --duration 45 --seed 1 -o drive.csv");
     place.run("navigate robot.toml drive.csv --html navigate.html");
     let drive = page(&place, "navigate.html", &["FIT FOR USE", "Paths", "Errors over time", "mean NIS"]);
     assert!(drive.contains("class=\"chart map\""));

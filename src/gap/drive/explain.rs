@@ -332,7 +332,8 @@ mod tests {
 
     /// Rates are extrapolated over a delay: over several rows that is an error of a row.
     #[test]
-    fn delays_of_several_rows_are_right_beside_a_gain() {
+    #[ignore = "battery: some seconds"]
+    fn battery_delays_of_several_rows_are_right_beside_a_gain() {
         use crate::gap::drive::preprocess::clocks::tests::{recorded, robot, without};
         use crate::signal::names;
         let both = [(ids::gyro_delay(), "delay_s", 0.05), (ids::scale_factor(), "relative", 0.05)];

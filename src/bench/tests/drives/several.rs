@@ -140,7 +140,8 @@ fn turn_on_biases_of_their_own_are_no_gap() {
 }
 
 #[test]
-fn a_bias_that_jumps_in_each_drive_at_a_time_of_its_own_is_one_effect() {
+#[ignore = "battery: some seconds"]
+fn battery_a_bias_that_jumps_in_each_drive_at_a_time_of_its_own_is_one_effect() {
     let step = |at_s: f64, seed: u64| {
         let mut log = recorded(None, 0.0, seed);
         let from = (at_s / 0.02) as usize;

@@ -275,7 +275,8 @@ mod tests {
     /// With one diffusion for all rows, every one of these had a gain that differs between left and right, or an
     /// unknown cause.
     #[test]
-    fn a_drive_around_corners_lacks_nothing() {
+    #[ignore = "battery: some seconds"]
+    fn battery_a_drive_around_corners_lacks_nothing() {
         let none = |course, lost: &[&str]| {
             let findings = judge(&along(course, 5, lost), registry(), &Options::default()).findings;
             assert_eq!(findings.mains()[0].0, Main::None, "{course:?} without {lost:?}: {:?}", findings.mains());

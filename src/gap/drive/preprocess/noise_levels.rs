@@ -389,7 +389,8 @@ mod tests {
     }
 
     #[test]
-    fn a_reference_that_is_quieter_than_any_motion_leaves_is_told_beside_laws_that_bend() {
+    #[ignore = "battery: some seconds"]
+    fn battery_a_reference_that_is_quieter_than_any_motion_leaves_is_told_beside_laws_that_bend() {
         let payload = Some((ids::payload(), "mass_relative", 0.3));
         let mut record = Record::new(&robot(), &recorded(60.0, 8, payload), 0.0).unwrap();
         record.belief.position_std_m *= 4.0;
@@ -412,7 +413,8 @@ mod tests {
     }
 
     #[test]
-    fn noise_far_below_what_is_stated_is_of_its_own_instrument() {
+    #[ignore = "battery: some seconds"]
+    fn battery_noise_far_below_what_is_stated_is_of_its_own_instrument() {
         // quiet wheels make the innovations of the gyro small too, and a quiet gyro those of the wheels
         for (id, wheels, gyro) in
             [(ids::wheel_noise(), 3.0, 1.0), (ids::wheel_noise(), 1.8, 1.0), (ids::gyro_noise(), 1.0, 3.0)]

@@ -235,7 +235,8 @@ mod tests {
 
     /// Without torques only the speeds tell accelerations: by the last step of the filter, and by noise in it.
     #[test]
-    fn without_torques_a_late_gyro_is_found_to_a_tenth() {
+    #[ignore = "battery: some seconds"]
+    fn battery_without_torques_a_late_gyro_is_found_to_a_tenth() {
         for (seed, delay_s) in [(51, 0.004), (52, 0.013)] {
             let log = recorded(60.0, seed, Some((ids::gyro_delay(), "delay_s", delay_s)));
             let log = without(log, &[names::TORQUE_LEFT, names::TORQUE_RIGHT]);

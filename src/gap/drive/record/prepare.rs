@@ -294,7 +294,8 @@ mod tests {
     }
 
     #[test]
-    fn what_is_given_is_not_found_again() {
+    #[ignore = "battery: some seconds"]
+    fn battery_what_is_given_is_not_found_again() {
         for (id, name, value) in [
             (ids::payload(), "mass_relative", 0.2),
             (ids::scale_factor(), "relative", 0.02),
