@@ -178,20 +178,17 @@ fn runs(x: &[f64], n: usize, dither: &mut Vec<f64>) -> Option<TestResult> {
     let there: Vec<f64> = x.iter().filter(|v| v.is_finite()).zip(dither).map(|(v, d)| v + size * *d).collect();
     let mut sorted = there.clone();
     let median = *sorted.select_nth_unstable_by(n / 2, f64::total_cmp).1;
-    let (mut above, mut below, mut runs, mut last) = (0.0, 0.0, 0.0, None);
+    // without a branch on the side, which in white noise nobody can predict
+    let (mut above, mut total, mut runs, mut last) = (0_u64, 0_u64, 0_u64, 2);
     for v in there.iter().filter(|v| **v != median) {
-        let side = *v > median;
-        if side {
-            above += 1.0;
-        } else {
-            below += 1.0;
-        }
-        if last != Some(side) {
-            runs += 1.0;
-        }
-        last = Some(side);
+        let side = u64::from(*v > median);
+        above += side;
+        total += 1;
+        runs += u64::from(side != last);
+        last = side;
     }
-    let total: f64 = above + below;
+    let [above, total, runs] = [above, total, runs].map(|count| count as f64);
+    let below = total - above;
     let mean = 2.0 * above * below / total + 1.0;
     let variance = (mean - 1.0) * (mean - 2.0) / (total - 1.0);
     if !(variance > 0.0) {

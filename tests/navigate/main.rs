@@ -10,6 +10,7 @@ mod encoder_ticks;
 mod example_data;
 mod filter;
 mod fit_for_use;
+mod long_run;
 #[path = "../common/place.rs"]
 mod place;
 mod real_drives;

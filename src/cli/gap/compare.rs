@@ -105,9 +105,7 @@ pub(crate) fn run(args: &CompareArgs) -> Result<Outcome> {
     let answer = &mut compared.diagnosis.answer;
     answer.notes.extend(reader.notes);
     if hold.is_empty() {
-        answer
-            .notes
-            .push("No recording was held out (--hold): that the gap shrinks is proven on no data kept back.".into());
+        answer.notes.push("No recording was held out (--hold): nothing proves that the gap shrinks.".into());
     }
     let held_out = (!hold.is_empty()).then(|| names(hold));
     output.say(TwinReport { log: &names(sim), twin: &twin }.text());

@@ -105,7 +105,7 @@ impl PatchArgs {
 }
 
 impl<'a> Patch<'a> {
-    /// Runs the user's simulator, where there is one, on the recording kept back with the description as it is.
+    /// Runs the user's simulator, where there is one, on the recording held out with the description as it is.
     pub(super) fn replays(&mut self, kept: Option<&'a Log>, reads: Reads<'a>) -> Result<()> {
         let Some(command) = self.simulate else { return Ok(()) };
         let simulator = Simulator::new(command, kept, reads)?;

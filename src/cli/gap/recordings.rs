@@ -56,7 +56,7 @@ recordings! {
         fit: true,
             "Recording to diagnose from, in any format that `gyroid inspect` reads; of a drive, several files on \
              one clock. Given again, another drive of the same robot: all are fitted together";
-        /// Kept back.
+        /// Held out.
         hold: false,
             "Another recording of the same unit, only to measure how far the gap shrinks; of a drive, several files, \
              and given again, several drives";
@@ -72,7 +72,7 @@ recordings! {
              run. Given again, another run: what varies between runs is what the simulator's own chance makes";
         /// Recordings, each of its files.
         real: true, "Recording of the robot, its files likewise. Given again, another drive of the same robot";
-        /// Kept back.
+        /// Held out.
         hold: false, "Another recording of the same robot, only to measure how far the gap shrinks";
     }
 }

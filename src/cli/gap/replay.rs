@@ -1,4 +1,4 @@
-//! `--simulate`: the user's own simulator, run on the recording kept back under one description and another.
+//! `--simulate`: the user's own simulator, run on the recording held out under one description and another.
 
 use super::recordings::read_drive;
 use crate::cli::log_args::ColumnArgs;
@@ -70,14 +70,14 @@ fn quoted(path: &Path) -> String {
 }
 
 impl<'a> Simulator<'a> {
-    /// Writes the inputs of the recording kept back to a temporary folder: torques, else commanded wheel speeds, else a commanded
+    /// Writes the inputs of the recording held out to a temporary folder: torques, else commanded wheel speeds, else a commanded
     /// speed and yaw rate.
     ///
     /// # Errors
-    /// [`ErrorKind::Usage`] without a recording kept back, or where it has none of these.
+    /// [`ErrorKind::Usage`] without a recording held out, or where it has none of these.
     pub(super) fn new(command: &'a str, kept: Option<&'a Log>, reads: Reads<'a>) -> Result<Self> {
         let recording = kept.ok_or_else(|| {
-            usage("runs on a recording that is kept back, and none is").hint("give another drive with --hold")
+            usage("runs on a recording that is held out, and none is").hint("give another drive with --hold")
         })?;
         let rows_of = |channels: [&str; 2]| -> Option<Vec<usize>> {
             let [first, second] = channels.map(|name| recording.get(name));

@@ -78,7 +78,7 @@ impl WrittenArgs {
 }
 
 impl<'a> Written<'a> {
-    /// Runs the user's simulator, where one is given, on the first recording kept back: one that fails does so before the work.
+    /// Runs the user's simulator, where one is given, on the first recording held out: one that fails does so before the work.
     pub(super) fn replays(&mut self, kept: Option<&'a Log>, reads: Reads<'a>) -> Result<()> {
         self.patch.as_mut().map_or(Ok(()), |patch| patch.replays(kept, reads))
     }

@@ -16,8 +16,7 @@ use super::head::Head;
 use crate::error::{Error, ErrorKind, Result};
 use std::io::{self, Read};
 use std::path::PathBuf;
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU8, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// Zero bytes among the first ones of a text, at most one in so many: a serial line that drops out leaves some.
 const ZEROS: usize = 1000;
@@ -79,10 +78,10 @@ impl Source for Text {
         let fail = |e: &io::Error| if gzipped { broken_gzip(&path, e) } else { Error::io(&path, e) };
         let (mut stream, hash) = input.into_stream();
         io::copy(&mut (&mut stream).take(dialect.skip as u64), &mut io::sink()).map_err(|e| fail(&e))?;
-        let last = Arc::new(AtomicU8::new(b'\n'));
-        let stream = LastByte { inner: stream, last: last.clone() };
+        let ends = Arc::new(Mutex::new(Ends::default()));
+        let stream = Watched { inner: stream, ends: ends.clone() };
         let mut skipped = skip_bad_rows.then(Skipped::default);
-        let how = How { dialect: &dialect, wanted, last: &last, quotes };
+        let how = How { dialect: &dialect, wanted, ends: &ends, quotes };
         let mut rows = match dialect.delimiter {
             Delimiter::Byte(b) => read_rows(stream, b, how, &mut skipped, take),
             Delimiter::Blanks => {
@@ -179,8 +178,8 @@ impl Skipped {
 struct How<'a> {
     dialect: &'a Dialect,
     wanted: &'a [bool],
-    /// The last byte that was read.
-    last: &'a AtomicU8,
+    /// Of what was read.
+    ends: &'a Mutex<Ends>,
     /// Whether a field may stand in quotation marks.
     quotes: bool,
 }
@@ -192,7 +191,7 @@ fn read_rows(
     skipped: &mut Option<Skipped>,
     take: Take<'_>,
 ) -> std::result::Result<Rows, RowError> {
-    let How { dialect, wanted, last, quotes } = how;
+    let How { dialect, wanted, ends, quotes } = how;
     let mut columns = Filling::of(dialect, wanted);
     let places: Vec<usize> = columns.iter().map(|c| c.index).collect();
     let mut handed = 0;
@@ -276,12 +275,18 @@ fn read_rows(
         count += 1;
         hand_over(&mut columns.iter_mut().map(Filling::batch), count, BATCH_ROWS).map_err(RowError::Taken)?;
     }
+    let ends = *ends.lock().unwrap_or_else(PoisonError::into_inner);
     if let Some((fields, line)) = short {
         // no line end: the recorder was cut off in the middle of its last row
-        if last.load(Ordering::Relaxed) == b'\n' || fields > dialect.width {
+        if ends.last == 0 || fields > dialect.width {
             return Err(ragged(fields, dialect.width, line));
         }
         notes.push(format!("line {line}: the last row is cut off after {fields} fields and left out"));
+    } else if count > 1 && (1..ends.before).contains(&ends.last) {
+        notes.push(
+            "the last row has no line end and is shorter than the row before: its last value may be cut off"
+                .to_string(),
+        );
     }
     hand_over(&mut columns.iter_mut().map(Filling::batch), count, 0).map_err(RowError::Taken)?;
     let mut facts = vec![ColumnFacts::default(); dialect.width];
@@ -325,18 +330,40 @@ impl Midnights {
     }
 }
 
-/// Remembers the last byte that passed.
-struct LastByte<R> {
-    inner: R,
-    last: Arc<AtomicU8>,
+/// Lengths of the last lines, bytes without their ends.
+#[derive(Debug, Clone, Copy, Default)]
+struct Ends {
+    /// Behind the last line end: 0 in a file that ends with one.
+    last: usize,
+    before: usize,
 }
 
-impl<R: Read> Read for LastByte<R> {
+impl Ends {
+    fn pass(&mut self, bytes: &[u8]) {
+        let Some(end) = memchr::memrchr(b'\n', bytes) else {
+            self.last += bytes.len();
+            return;
+        };
+        let line = &bytes[..end];
+        self.before = match memchr::memrchr(b'\n', line) {
+            Some(begin) => end - begin - 1,
+            None => self.last + end,
+        };
+        self.before -= usize::from(self.before > 0 && line.last() == Some(&b'\r'));
+        self.last = bytes.len() - end - 1;
+    }
+}
+
+/// Takes note of the ends of the lines that pass.
+struct Watched<R> {
+    inner: R,
+    ends: Arc<Mutex<Ends>>,
+}
+
+impl<R: Read> Read for Watched<R> {
     fn read(&mut self, buffer: &mut [u8]) -> io::Result<usize> {
         let n = self.inner.read(buffer)?;
-        if n > 0 {
-            self.last.store(buffer[n - 1], Ordering::Relaxed);
-        }
+        self.ends.lock().unwrap_or_else(PoisonError::into_inner).pass(&buffer[..n]);
         Ok(n)
     }
 }

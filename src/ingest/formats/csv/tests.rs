@@ -102,6 +102,23 @@ fn rows_that_differ_and_ends_that_are_cut_off_are_told_alike() {
 }
 
 #[test]
+fn a_last_row_that_may_lack_the_end_of_its_last_value_is_told() {
+    for (rows, told) in [
+        ("0,0.25\n1,0.25\n2,0.25", false),
+        ("0,0.25\n1,0.25\n2,0.2", true),
+        ("0,0.25\r\n1,0.25\r\n2,0.25", false),
+        ("0,0.25\r\n1,0.25\r\n2,0.2", true),
+        ("0,0.25\n1,0.25\n2,0.2\n", false),
+        // shorter than the header alone
+        ("0,0.25", false),
+    ] {
+        let [plain, quoted] = both("t_s,gyro_z_rad_s", rows).map(Result::unwrap);
+        assert_eq!(plain.notes.iter().any(|n| n.contains("may be cut off")), told, "{rows:?}: {:?}", plain.notes);
+        assert_same(&plain, &quoted);
+    }
+}
+
+#[test]
 fn quotation_marks_and_lone_returns_may_come_at_any_row() {
     let many = "1.5,2\n".repeat(900_000);
     let table = read(&format!("a,b\n{many}\"3\",\"4\"\n5,6\n")).unwrap();
