@@ -104,12 +104,12 @@ pub(super) fn case_seed(seed: u64, index: usize) -> u64 {
 }
 
 /// The unit that the team believes in: of some units' warm-up it knows nothing, and as many others have none. A simulator that states
-/// none tells nothing of the effect.
+/// none tells nothing of the effect. A single exponential beside none is no second one but the warm-up itself: there the first is stated.
 pub(super) fn believed(unit: Unit, spec: &Spec, seed: u64) -> Unit {
-    let slot = spec.effects.iter().position(|(id, _)| *id == "gyro.warm_up");
-    let is_without = match slot {
+    let slot = |wanted: &str| spec.effects.iter().position(|(id, _)| *id == wanted);
+    let is_without = match slot("gyro.warm_up") {
         Some(slot) => WarmUp::draw(&unit, &mut Stream::new(seed, FORM + slot as u64)).is_unstated(),
-        None => chance(&mut Stream::new(seed, NO_WARM_UP), UNSTATED),
+        None => slot("gyro.second_time_constant").is_none() && chance(&mut Stream::new(seed, NO_WARM_UP), UNSTATED),
     };
     if is_without { unit.without_warm_up() } else { unit }
 }
