@@ -94,3 +94,14 @@ fn same_seed_same_verdict_and_too_little_is_no_verdict() {
     let none = whiteness(&axis(5, 1.0), &x[..5], &[], &QUICK);
     assert!(!none.white && none.joint_p_value.is_nan() && none.levels.is_empty());
 }
+
+#[test]
+fn means_are_over_decades_of_seconds_while_enough_of_them_are_left() {
+    assert_eq!(block_sizes(1_000_000, 0.01), [1, 100, 1000, 10_000]);
+    assert_eq!(block_sizes(1000, 1.0), [1, 10]);
+    // a sample of half a second and more is the first mean itself
+    assert_eq!(block_sizes(1000, 0.7), [1, 14]);
+    for (slots, sizes) in [(10 * whiteness::FEWEST, &[1, 10][..]), (10 * whiteness::FEWEST - 1, &[1])] {
+        assert_eq!(block_sizes(slots, 1.0), sizes, "{slots}");
+    }
+}
