@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 const ROBOT: &str = include_str!("../common/robot.toml");
-const RUNS: u64 = 3;
+const RUNS: u64 = 6;
 const SPAN_S: f64 = 60.0;
 
 type Pairs<'a> = &'a [(&'a str, f64)];

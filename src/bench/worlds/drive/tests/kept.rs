@@ -150,7 +150,7 @@ fn slow_wheels_and_decimals_are_as_asked_for() {
 
 #[test]
 fn habits_leave_what_is_in_a_drive() {
-    for index in 0..3 {
+    for index in 0..6 {
         let spec = Spec { effects: vec![("gyro.scale_factor", Strength::Medium)], messy: false };
         let [plain, other] =
             [0.0, 0.5].map(|habits| crate::bench::worlds::drive::make(23, index, &spec, habits).unwrap());
