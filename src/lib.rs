@@ -140,6 +140,7 @@ pub mod effects;
 pub mod error;
 pub mod export;
 pub mod files;
+pub(crate) mod fleet;
 pub mod gap;
 pub mod identify;
 pub mod ingest;

@@ -1,18 +1,21 @@
-"""Fits of many logs on many machines: the parts of ``gyroid fit --shard`` by Dask or another executor, and ``gyroid merge``."""
+"""Work on many logs by many machines: the parts of ``--shard`` by Dask or another executor, and ``gyroid merge``.
+
+Logs and results are paths that all machines see, or addresses of a store that fsspec_ reads, such as ``s3://bucket/logs``: a worker then
+copies the files of its part, and keeps no more than these.
+
+.. _fsspec: https://filesystem-spec.readthedocs.io
+"""
 
 from __future__ import annotations
 
-import json
 import os
-import shutil
 from collections.abc import Callable, Sequence
 from concurrent.futures import Executor
-from pathlib import Path
 from typing import Any, Protocol
 
-from gyroid import _gyroid
+from gyroid._store import Parts
 
-__all__ = ["fit"]
+__all__ = ["diagnose", "fit", "noise"]
 
 
 class Submits(Protocol):
@@ -22,9 +25,12 @@ class Submits(Protocol):
         """The future of a call."""
 
 
+Logs = Sequence[str | os.PathLike[str]]
+
+
 def fit(
     executor: Submits,
-    logs: Sequence[str | os.PathLike[str]],
+    logs: Logs,
     results: str | os.PathLike[str],
     *,
     parts: int,
@@ -42,9 +48,9 @@ def fit(
     executor
         A Dask client, or an executor of :mod:`concurrent.futures`. Its workers see the same files under the same paths.
     logs
-        Logs, or folders of them.
+        Logs, or folders of them; paths, or addresses such as ``s3://bucket/logs``.
     results
-        The table, ``.parquet`` or ``.csv``. Parts lie in a folder beside it until all are there.
+        The table, ``.parquet`` or ``.csv``, a path or an address. Parts lie in a folder beside it until all are there.
     parts
         Number of parts: a few for each worker, so that none waits for the slowest.
     retries
@@ -64,29 +70,97 @@ def fit(
     Error
         With the file, the place in it, what was found, and how to mend it.
     """
-    table = Path(results)
-    # hidden: a search for logs passes it over
-    folder = table.with_name(f".{table.name}.parts")
-    folder.mkdir(parents=True, exist_ok=True)
-    named = [os.fspath(log) for log in logs]
-    files = [str(folder / f"{part}.parquet") for part in range(1, parts + 1)]
+    table = Parts("fit", logs, results, parts)
+    _submit(executor, table, ["fit", *options], retries)
+    accept = [option for option in options if option in ("--accept", "--keep-outlying")]
+    return table.merge([*accept, *([] if config is None else [f"--config={os.fspath(config)}"])])
+
+
+def noise(
+    executor: Submits,
+    logs: Logs,
+    results: str | os.PathLike[str],
+    *,
+    parts: int,
+    retries: int = 3,
+    options: Sequence[str] = (),
+) -> dict[str, Any]:
+    """The noise terms of each of many logs, as one table; else as :func:`fit`.
+
+    Parameters
+    ----------
+    executor, logs, results, parts, retries
+        As of :func:`fit`.
+    options
+        Further options of ``gyroid noise``, such as ``["--terms", "N,K"]``.
+
+    Returns
+    -------
+    dict
+        The JSON of ``gyroid merge``: ``rows``, ``populations``, ``failed``.
+
+    Raises
+    ------
+    Error
+        As :func:`fit`.
+    """
+    table = Parts("noise", logs, results, parts)
+    _submit(executor, table, ["noise", *options], retries)
+    return table.merge([])
+
+
+def diagnose(
+    executor: Submits,
+    config: str | os.PathLike[str],
+    logs: Logs,
+    results: str | os.PathLike[str],
+    *,
+    parts: int,
+    retries: int = 3,
+    options: Sequence[str] = (),
+    unit: str | None = None,
+) -> dict[str, Any]:
+    """The gap of each of many recordings, and which effects are common to the robots, as one table; else as :func:`fit`.
+
+    The parts are done twice: the second time the effects that any diagnosis named are fitted to every recording.
+
+    Parameters
+    ----------
+    executor, logs, results, parts, retries
+        As of :func:`fit`.
+    config
+        The nominal simulator of all robots, a path that all machines see.
+    options
+        Further options of ``gyroid gap fleet``.
+    unit
+        Regular expression that finds the robot in the path of a recording; without one, its folder.
+
+    Returns
+    -------
+    dict
+        The JSON of ``gyroid merge``: ``rows``, ``effects``, ``failed``.
+
+    Raises
+    ------
+    Error
+        As :func:`fit`.
+    """
+    table = Parts("diagnose", logs, results, parts)
+    command = ["gap", "fleet", *options]
+    _submit(executor, table, command, retries, [os.path.abspath(config)])
+    by = [] if unit is None else [f"--unit={unit}"]
+    found = table.merge(by, keep=True)
+    named = sorted({name for row in found["rows"] for name in (row["named"] or "").split(",") if name})
+    if named and "--effect" not in options:
+        # what each worker has made of its parts is kept, and the sizes of these effects are added
+        _submit(executor, table, [*command, *(f"--effect={name}" for name in named)], retries, [os.path.abspath(config)])
+    return table.merge(by)
+
+
+def _submit(executor: Submits, table: Parts, command: Sequence[str], retries: int, before: Sequence[str] = ()) -> None:
+    """Has all parts made. ``before`` stands before the logs."""
     # executors of the standard library know no retries
     again: dict[str, Any] = {} if isinstance(executor, Executor) else {"retries": retries, "pure": False}
-    futures = [
-        executor.submit(_part, named, f"{part}/{parts}", file, list(options), **again) for part, file in enumerate(files, 1)
-    ]
+    futures = [executor.submit(table.make, part, list(command), list(before), **again) for part in range(1, table.parts + 1)]
     for future in futures:
         future.result()
-    accept = [option for option in options if option in ("--accept", "--keep-outlying")]
-    written = [f"--out={table}", "--force", *([] if config is None else [f"--config={os.fspath(config)}"])]
-    answer, _, _ = _gyroid.answer(["merge", *accept, *written, "--", *files], "gyroid.fleet.fit()")
-    shutil.rmtree(folder)
-    found: dict[str, Any] = json.loads(answer)
-    return found
-
-
-def _part(logs: list[str], shard: str, file: str, options: list[str]) -> int:
-    """Fits one part, and returns the number of its rows."""
-    command = ["fit", *options, f"--shard={shard}", f"--results={file}", "--resume", "--", *logs]
-    answer, _, _ = _gyroid.answer(command, "gyroid.fleet.fit()")
-    return len(json.loads(answer)["rows"])

@@ -143,7 +143,16 @@ def of_the_program(folder: Path, config: str) -> list[tuple[str, str, Answer]]:
     fleet(folder / "fleet")
     many = ("--accept", "--draws", 99)
     run(folder, "fit", "fleet", *many, "--results", "fleet.parquet")
+    run(folder, "noise", logs, "--draws", 99, "--results", "noises.parquet")
+    (folder / "robots").mkdir()
+    for robot in (1, 2):
+        run(folder, "simulate", "two.toml", "--course", "random", "--duration", "20", "--seed", robot, "-o", f"robots/{robot}.parquet")
+    robots = ("gap", "fleet", DATA / "truth.toml", "robots", "--unit", "robots/(.)")
     lines = [
+        ("gap.fleet", "GapFleet", (*robots, "--results", "robots.parquet")),
+        ("merge", "MergeGapFleet", ("merge", "robots.parquet", "-o", "robots.csv", "--unit", "robots/(.)")),
+        ("noise", "NoiseMany", ("noise", logs, "--draws", 99)),
+        ("merge", "MergeNoise", ("merge", "noises.parquet", "-o", "noises.csv")),
         ("merge", "Merge", ("merge", "fleet.parquet", "-o", "merged.csv")),
         ("merge", "Merge", ("merge", "fleet.parquet", "merged.csv", "-o", "again.csv", "--accept", "--config", "fleet.toml")),
         ("track", "Track", ("track", "fleet.parquet")),

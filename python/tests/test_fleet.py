@@ -5,12 +5,13 @@ from __future__ import annotations
 import os
 import signal
 import time
-from concurrent.futures import ProcessPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow.parquet
 import pytest
 
 import gyroid.fleet
@@ -50,6 +51,55 @@ def test_processes_make_the_table_of_one(fleet: Path, tmp_path: Path) -> None:
         assert (tmp_path / "fleet.toml").exists() and not list(tmp_path.glob(".*.parts"))
         with pytest.raises(gyroid.Error, match="no_such"):
             gyroid.fleet.fit(executor, [tmp_path / "no_such"], table, parts=2, options=["--axis", "no_such"])
+
+
+def test_logs_in_a_store_make_the_table_of_one(fleet: Path, tmp_path: Path) -> None:
+    """Addresses, as of S3; here those of fsspec for the disk, and of its memory, which only threads share."""
+    fsspec: Any = pytest.importorskip("fsspec")
+    one = tmp_path / "one.parquet"
+    made = program("noise", fleet, "--draws", "99", "--results", one)
+    assert made.returncode == 3, made.stderr
+    expected = pyarrow.parquet.read_table(one).drop_columns(["path", "modified", "error"])
+    # neither notes nor what is hidden is a log
+    (fleet / "README.md").write_text("ours")
+    (fleet / ".robot_1.csv").write_text("hidden")
+    table = f"file://{tmp_path}/store.parquet"
+    with ProcessPoolExecutor(2, get_context("spawn")) as executor:
+        found = gyroid.fleet.noise(executor, [f"file://{fleet}"], table, parts=7, options=["--draws", "99"])
+    assert (len(found["rows"]), found["failed"]) == (40, 4)
+    got = pyarrow.parquet.read_table(tmp_path / "store.parquet")
+    assert got.drop_columns(["path", "modified", "error"]).equals(expected)
+    assert got["path"][0].as_py() == f"{str(fleet).strip('/')}/robot_0/0.csv"
+    assert not list(tmp_path.glob(".*.parts"))
+
+    memory = fsspec.filesystem("memory")
+    memory.put(str(fleet / "robot_3"), "/bucket/robot_3", recursive=True)
+    with ThreadPoolExecutor(2) as executor:
+        gyroid.fleet.noise(executor, ["memory://bucket/robot_3"], "memory://bucket/few.csv", parts=2, options=["--draws", "99"])
+    few = memory.cat("/bucket/few.csv").decode().splitlines()
+    assert len(few) == 5 and few[1].startswith("bucket/robot_3/13.csv"), few[:2]
+    with ThreadPoolExecutor(1) as executor, pytest.raises(gyroid.FileError, match="no file"):
+        gyroid.fleet.noise(executor, ["memory://nothing"], "memory://bucket/none.csv", parts=2)
+
+
+def test_effects_of_robots_are_told_by_processes(tmp_path: Path) -> None:
+    rest = "schema = 1\nkind = 'stationary'\nsample_time_s = 0.2\n[gyro]\nc1_rad_s = 1e-3\nc2_rad_s = -2e-3\ntime_constant_s = 120.0\n"
+    rest += "angle_random_walk_rad_sqrt_s = 1e-4\nturn_on_bias_std_rad_s = 2e-4\nwarm_up_relative_std = 0.03\n"
+    (tmp_path / "sim.toml").write_text(rest)
+    tone = "[[effect]]\nid = 'gyro.tone'\nfrequency_hz = 0.31\namplitude_rad_s = 2.2e-4\n"
+    (tmp_path / "real.toml").write_text(rest + tone)
+    for robot in range(4):
+        folder = tmp_path / "fleet" / f"robot_{robot}"
+        folder.mkdir(parents=True)
+        real = tmp_path / ("sim.toml" if robot == 2 else "real.toml")
+        program("simulate", real, "--duration", "900", "--seed", robot, "-o", folder / "still.csv")
+    with ProcessPoolExecutor(2, get_context("spawn")) as executor:
+        found = gyroid.fleet.diagnose(
+            executor, tmp_path / "sim.toml", [tmp_path / "fleet"], tmp_path / "gap.parquet", parts=3, unit=r"robot_(\d)"
+        )
+    [effect] = found["effects"]
+    assert (effect["id"], effect["reach"], effect["units"]) == ("gyro.tone", "some", ["0", "1", "2", "3"])
+    assert [unit["probability"] > 0.5 for unit in effect["shared"]["units"]] == [True, True, False, True]
 
 
 def test_a_dask_worker_that_is_killed_costs_nothing(fleet: Path, tmp_path: Path) -> None:

@@ -30,7 +30,7 @@ pub(crate) fn run(args: &FitArgs) -> Result<Outcome> {
     places::check_logs(&args.logs)?;
     let earth = earth(args)?;
     let log = match &args.logs[..] {
-        [one] if !one.is_dir() && !args.many.asked_for() && !args.columns.several_topics() => {
+        [one] if !one.is_dir() && !args.asks_for_many() && !args.columns.several_topics() => {
             LogArgs::new(one.clone(), args.memory, columns(args)).held(args.loss != LossName::Squares)
         }
         _ => return many::run(&args.of_a_part(), earth),
@@ -227,7 +227,7 @@ fn held_against(
 /// depends on the heading.
 fn earth(args: &FitArgs) -> Result<Option<EarthRate>> {
     let Some(latitude_deg) = args.latitude else { return Ok(None) };
-    if let Some(lying) = args.many.axes_or(args.columns.axes()).iter().find(|a| a.axis != Axis::Z) {
+    if let Some(lying) = args.axes.or(args.columns.axes()).iter().find(|a| a.axis != Axis::Z) {
         let found = format!(
             "axis {lying} lies down in a robot on level ground: what it measures of the Earth depends on its heading"
         );

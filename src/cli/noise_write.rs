@@ -6,7 +6,7 @@ use gyroid::config::Config;
 use gyroid::export::{NoiseOptions, check_origin, with_noise};
 use gyroid::files::{OutputFile, Plan};
 use gyroid::report::{LogFacts, NoiseReport};
-use gyroid::{Error, Result};
+use gyroid::{Error, ErrorKind, Result};
 use std::path::PathBuf;
 
 /// Where the terms go.
@@ -15,9 +15,9 @@ pub(crate) struct WriteArgs {
     /// Write the terms and their intervals into this configuration, which gyroid fit made of this log and axis
     #[arg(long, value_name = "CONFIG")]
     pub write: Option<PathBuf>,
-    /// Write them into a copy of it instead
-    #[arg(short, long, value_name = "FILE", requires = "write")]
-    out: Option<PathBuf>,
+    /// Write them into a copy of it instead; with --shard the table of the part
+    #[arg(short, long, value_name = "FILE")]
+    pub out: Option<PathBuf>,
     /// Write them although the configuration was fitted to another log of the same gyro
     #[arg(long, requires = "write")]
     other_log: bool,
@@ -42,6 +42,17 @@ impl WriteArgs {
     pub(super) fn planned(&self, plan: Plan) -> Plan {
         let plan = plan.reads(&self.write);
         if self.out.is_some() { plan.writes("--out", &self.out) } else { plan.updates("--write", &self.write) }
+    }
+
+    /// Refuses a copy of nothing.
+    pub(super) fn check(&self) -> Result<()> {
+        match (&self.out, &self.write) {
+            (Some(_), None) => {
+                Err(Error::new(ErrorKind::Usage, "--out", "is a copy of a configuration, and none is given")
+                    .hint("name the configuration with --write, or a table with --results"))
+            }
+            _ => Ok(()),
+        }
     }
 
     /// Reads the configuration and claims its place.

@@ -3,14 +3,14 @@
 use super::html::{self, HtmlArgs};
 use super::outcome::Outcome;
 use super::output::{Common, Output};
+use super::units::{self, UnitArgs};
 use clap::Args;
 use gyroid::files::Plan;
 use gyroid::population::{self, Row};
 use gyroid::report::TrackReport;
 use gyroid::report::html::track_page;
 use gyroid::{Error, ErrorKind, Result};
-use regex::Regex;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Holds the last power-on of each unit against its earlier ones: is C1, C2, T or the noise where the unit's history puts it?
 ///
@@ -24,9 +24,8 @@ pub(crate) struct TrackArgs {
     /// Results of `gyroid fit`, .parquet or .csv
     #[arg(value_name = "RESULTS", required = true)]
     results: Vec<PathBuf>,
-    /// Regular expression that finds the unit in the path of a log, its first group if it has one [default: the folder of the log]
-    #[arg(long, value_name = "REGEX", value_parser = pattern)]
-    unit: Option<Regex>,
+    #[command(flatten)]
+    unit: UnitArgs,
     /// Power-ons of a unit in a year: so many may raise one false alarm
     #[arg(long, value_name = "N", default_value_t = 365.0, value_parser = at_least_one)]
     per_year: f64,
@@ -34,11 +33,6 @@ pub(crate) struct TrackArgs {
     page: HtmlArgs,
     #[command(flatten)]
     common: Common,
-}
-
-fn pattern(text: &str) -> std::result::Result<Regex, String> {
-    Regex::new(text)
-        .map_err(|e| e.to_string().lines().last().unwrap_or_default().trim_start_matches("error: ").to_string())
 }
 
 fn at_least_one(text: &str) -> std::result::Result<f64, String> {
@@ -52,22 +46,12 @@ pub(crate) fn run(args: &TrackArgs) -> Result<Outcome> {
     let output = Output::open(&args.common, "track", args.page.planned(Plan::new().reads(&args.results)))?;
     let page = args.page.claim()?;
     let origin = page.as_ref().map(|_| html::origin(&args.results)).transpose()?;
-    let rows = population::read_merged(&args.results)?.rows;
-    let unit = |row: &Row| match &args.unit {
-        None => Some(
-            Path::new(&row.path)
-                .parent()
-                .map(|p| p.display().to_string())
-                .filter(|p| !p.is_empty())
-                .unwrap_or_else(|| ".".into()),
-        ),
-        Some(regex) => {
-            regex.captures(&row.path).and_then(|c| c.get(1).or_else(|| c.get(0))).map(|m| m.as_str().to_string())
-        }
-    };
+    let rows = population::read_merged::<Row>(&args.results)?.rows;
+    let unit = |row: &Row| units::of(&args.unit, &row.source.path);
     let without_unit = rows.iter().filter(|row| unit(row).is_none()).count();
     if without_unit == rows.len() {
-        let first = rows.first().map_or("there are no rows".into(), |r| format!("it finds nothing in {}", r.path));
+        let first =
+            rows.first().map_or("there are no rows".into(), |r| format!("it finds nothing in {}", r.source.path));
         return Err(
             Error::new(ErrorKind::Usage, "--unit", first).hint("try it on the paths that `gyroid fit --results` wrote")
         );

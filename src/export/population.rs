@@ -73,14 +73,14 @@ pub(crate) fn population_configuration(
         valid_to_temperature_c: span.temperature_c.map(|t| t[1]),
         time_constant_ci95_s: time_constant.map_or([time_constant_s; 2], |t| t.mean_ci95),
     };
-    let names: Vec<&str> = counted.iter().map(|r| r.path.as_str()).collect();
-    let mut hashes: Vec<&str> = counted.iter().map(|r| r.sha256.as_str()).collect();
+    let names: Vec<&str> = counted.iter().map(|r| r.source.path.as_str()).collect();
+    let mut hashes: Vec<&str> = counted.iter().map(|r| r.source.sha256.as_str()).collect();
     hashes.sort_unstable();
     let hash = Sha256::digest(hashes.iter().map(|h| format!("{h}\n")).collect::<String>().as_bytes());
     let provenance = Provenance {
         log: format!("{} logs: {}", names.len(), names.join(", ")),
         log_sha256: hash.iter().map(|b| format!("{b:02x}")).collect(),
-        column: counted.first().and_then(|r| r.column.clone()).unwrap_or_default(),
+        column: counted.first().and_then(|r| r.source.column.clone()).unwrap_or_default(),
         gyroid_version: options.version.clone(),
         command: options.command.clone(),
         ..Provenance::default()

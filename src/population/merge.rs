@@ -4,7 +4,7 @@
 //! file, and of two rows of it one that was fitted stays before one that failed.
 
 use super::results;
-use super::row::Row;
+use super::source::{Record, Source};
 use crate::error::{Error, ErrorKind, Result};
 use std::cmp::Ordering;
 use std::collections::BTreeMap;
@@ -12,8 +12,8 @@ use std::path::{Path, PathBuf};
 
 /// Rows of several results, and how many came more than once.
 #[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Merged {
-    pub rows: Vec<Row>,
+pub(crate) struct Merged<R> {
+    pub rows: Vec<R>,
     /// Rows that stand for a log, topic and axis that another row stands for.
     pub repeated: usize,
 }
@@ -22,7 +22,7 @@ pub(crate) struct Merged {
 ///
 /// # Errors
 /// As [`results::read`] and [`merge`].
-pub(crate) fn read_merged(parts: &[PathBuf]) -> Result<Merged> {
+pub(crate) fn read_merged<R: Record>(parts: &[PathBuf]) -> Result<Merged<R>> {
     merge(parts.iter().map(|path| Ok((path.clone(), results::read(path)?))).collect::<Result<_>>()?)
 }
 
@@ -30,45 +30,43 @@ pub(crate) fn read_merged(parts: &[PathBuf]) -> Result<Merged> {
 ///
 /// # Errors
 /// [`ErrorKind::Value`] where two parts were made with different options or versions: their rows are no one population.
-fn merge(parts: Vec<(PathBuf, Vec<Row>)>) -> Result<Merged> {
+fn merge<R: Record>(parts: Vec<(PathBuf, Vec<R>)>) -> Result<Merged<R>> {
     let mut first: Option<(PathBuf, String)> = None;
-    let mut kept: BTreeMap<_, Row> = BTreeMap::new();
+    let mut kept: BTreeMap<_, R> = BTreeMap::new();
     let mut all = 0;
     for (file, rows) in parts {
         for row in rows {
             all += 1;
-            let made = format!("gyroid {} with {}", row.gyroid_version, row.options);
+            let made = format!("gyroid {} with {}", row.source().gyroid_version, row.source().options);
             let (other, alike) = first.get_or_insert_with(|| (file.clone(), made.clone()));
             if *alike != made {
                 let found = format!("was made by {made}, and {} by {alike}", other.display());
                 return Err(Error::new(ErrorKind::Value, file.display(), found)
-                    .hint("fit all parts by one version with the same options"));
+                    .hint("make all parts by one version with the same options"));
             }
-            // a file that could not be read has no hash
-            let log = if row.sha256.is_empty() { row.path.clone() } else { row.sha256.clone() };
-            kept.entry((log, row.topic.clone(), row.axis.clone()))
+            kept.entry(row.source().key())
                 .and_modify(|held| {
-                    if before(&row, held) == Ordering::Less {
+                    if before(row.source(), held.source()) == Ordering::Less {
                         held.clone_from(&row);
                     }
                 })
                 .or_insert(row);
         }
     }
-    let mut rows: Vec<Row> = kept.into_values().collect();
+    let mut rows: Vec<R> = kept.into_values().collect();
     let repeated = all - rows.len();
-    rows.sort_by(in_a_folder);
+    rows.sort_by(|a, b| in_a_folder(a.source(), b.source()));
     Ok(Merged { rows, repeated })
 }
 
 /// Which of two rows of one log stays: the lesser one.
-fn before(a: &Row, b: &Row) -> Ordering {
+fn before(a: &Source, b: &Source) -> Ordering {
     let failed = a.error.is_some().cmp(&b.error.is_some());
     failed.then_with(|| in_a_folder(a, b)).then_with(|| a.error.cmp(&b.error)).then_with(|| a.modified.cmp(&b.modified))
 }
 
 /// The order in which [`super::find()`] lists logs.
-fn in_a_folder(a: &Row, b: &Row) -> Ordering {
+fn in_a_folder(a: &Source, b: &Source) -> Ordering {
     let path = Path::new(&a.path).cmp(Path::new(&b.path));
     path.then_with(|| a.topic.cmp(&b.topic)).then_with(|| a.axis.cmp(&b.axis))
 }
@@ -76,19 +74,15 @@ fn in_a_folder(a: &Row, b: &Row) -> Ordering {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::population::Row;
 
     fn row(path: &str, sha256: &str, error: Option<&str>) -> Row {
-        Row {
-            path: path.into(),
-            sha256: sha256.into(),
-            axis: "z".into(),
-            options: "{}".into(),
-            error: error.map(Into::into),
-            ..Row::default()
-        }
+        let error = error.map(Into::into);
+        let (path, sha256) = (path.into(), sha256.into());
+        Row::of(Source { path, sha256, axis: "z".into(), options: "{}".into(), error, ..Source::default() })
     }
 
-    fn merged(parts: &[&[Row]]) -> Merged {
+    fn merged(parts: &[&[Row]]) -> Merged<Row> {
         merge(parts.iter().map(|rows| ("part.csv".into(), rows.to_vec())).collect()).unwrap()
     }
 
@@ -115,7 +109,8 @@ mod tests {
 
     #[test]
     fn parts_that_were_made_otherwise_are_refused() {
-        let other = Row { options: "{\"loss\":\"huber\"}".into(), ..row("b.csv", "2", None) };
+        let mut other = row("b.csv", "2", None);
+        other.source.options = "{\"loss\":\"huber\"}".into();
         let parts = vec![("one.csv".into(), vec![row("a.csv", "1", None)]), ("two.csv".into(), vec![other])];
         let error = merge(parts).unwrap_err();
         assert!(

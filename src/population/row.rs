@@ -1,14 +1,11 @@
 //! One log, gyro and axis as a row of the results.
 
-use super::axis::AxisChoice;
-use crate::error::Error;
+use super::source::{Kind, Record, Source};
 use crate::identify::{Estimate, Fit, Termination};
-use crate::ingest::{Clock, DATES_S, GyroRecording};
+use crate::ingest::GyroRecording;
 use crate::signal::names;
 use crate::validate::Validation;
-use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
-use std::path::Path;
 
 /// One log, gyro and axis: source, options of the reader, and the results of the fit, or its error.
 ///
@@ -16,32 +13,10 @@ use std::path::Path;
 /// bounds that the log does not set. `*_std_*` allow for autocorrelated residuals, `*_std_white_*` do not; intervals
 /// are profile likelihood.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
 pub(crate) struct Row {
-    /// Path as it was given, or found in a folder that was.
-    pub path: String,
-    /// Topic that was asked for, in a log that holds several.
-    pub topic: Option<String>,
-    /// `x`, `y`, `z`, or `-x`, `-y`, `-z` of one that points the other way.
-    pub axis: String,
-    /// Column that was fitted, as the file calls it.
-    pub column: Option<String>,
-    /// Its unit in the file.
-    pub unit: Option<String>,
-    /// SHA-256 of the file; empty where it could not be read.
-    pub sha256: String,
-    /// Its size, bytes.
-    pub size_bytes: Option<i64>,
-    /// When it was last changed, ISO 8601, UTC.
-    pub modified: Option<String>,
-    /// First sample by the file's clock, ISO 8601, UTC; unknown where the clock tells no date.
-    pub started: Option<String>,
-    /// Version of gyroid.
-    pub gyroid_version: String,
-    /// Options of reading, fit and validation that are not defaults, as JSON.
-    pub options: String,
-    /// Why there is no fit.
-    pub error: Option<String>,
+    /// The log, and options of the reader, the fit and the validation.
+    #[serde(flatten)]
+    pub source: Source,
     /// Warm-up found, T identifiable, residuals white.
     pub fit_for_use: Option<bool>,
     /// The warm-up beats a constant at the 5 % level.
@@ -126,49 +101,26 @@ pub(crate) struct Row {
     pub notes: Option<String>,
 }
 
-/// Type of a column, for files that have types.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Kind {
-    Text,
-    Flag,
-    Whole,
-    Number,
-}
+impl Record for Row {
+    const COMMAND: &'static str = "fit";
+    const TYPES: &'static [(&'static str, Kind)] = &[
+        ("fit_for_use", Kind::Flag),
+        ("warm_up_found", Kind::Flag),
+        ("identifiable", Kind::Flag),
+        ("white", Kind::Flag),
+        ("samples", Kind::Whole),
+        ("whiteness_p_values", Kind::Text),
+        ("termination", Kind::Text),
+        ("notes", Kind::Text),
+    ];
 
-impl Kind {
-    /// The type of the column called `name`.
-    pub(crate) fn of(name: &str) -> Self {
-        const TEXT: [&str; 14] = [
-            "path",
-            "topic",
-            "axis",
-            "column",
-            "unit",
-            "sha256",
-            "modified",
-            "started",
-            "gyroid_version",
-            "options",
-            "error",
-            "whiteness_p_values",
-            "termination",
-            "notes",
-        ];
-        const FLAGS: [&str; 4] = ["fit_for_use", "warm_up_found", "identifiable", "white"];
-        match name {
-            n if TEXT.contains(&n) => Self::Text,
-            n if FLAGS.contains(&n) => Self::Flag,
-            "size_bytes" | "samples" => Self::Whole,
-            _ => Self::Number,
-        }
+    fn source(&self) -> &Source {
+        &self.source
     }
-}
 
-/// Time of the first sample; none where the file's clock tells no date of this century.
-fn started(clock: &Clock) -> Option<Timestamp> {
-    let Clock::FirstSample { file_s } = *clock else { return None };
-    // milliseconds: a double holds no more than microseconds of today's Unix time
-    DATES_S.contains(&file_s).then(|| Timestamp::from_millisecond((file_s * 1e3).round() as i64).ok()).flatten()
+    fn source_mut(&mut self) -> &mut Source {
+        &mut self.source
+    }
 }
 
 fn known(value: f64) -> Option<f64> {
@@ -176,34 +128,8 @@ fn known(value: f64) -> Option<f64> {
 }
 
 impl Row {
-    /// A row of which only the file is known yet.
-    pub(super) fn of_file(path: &Path, topic: Option<&str>, axis: AxisChoice, options: &str) -> Self {
-        let meta = std::fs::metadata(path).ok();
-        let modified = meta.as_ref().and_then(|m| m.modified().ok());
-        Self {
-            path: path.display().to_string(),
-            topic: topic.map(str::to_string),
-            axis: axis.to_string(),
-            size_bytes: meta.as_ref().and_then(|m| i64::try_from(m.len()).ok()),
-            modified: modified.and_then(|t| jiff::Timestamp::try_from(t).ok()).map(|t| t.to_string()),
-            gyroid_version: env!("CARGO_PKG_VERSION").into(),
-            options: options.into(),
-            ..Self::default()
-        }
-    }
-
-    /// The row of a log that could not be fitted.
-    pub(super) fn failed(mut self, error: &Error) -> Self {
-        self.error = Some(error.to_string());
-        self
-    }
-
-    /// The row of a log that was fitted.
-    pub(super) fn fitted(mut self, recording: &GyroRecording, fit: &Fit, validation: &Validation) -> Self {
-        self.column = Some(recording.column.clone());
-        self.unit = Some(recording.unit.to_string());
-        self.sha256.clone_from(&recording.sha256);
-        self.started = started(&recording.clock).map(|t| t.to_string());
+    /// Fills in the results.
+    pub(super) fn fill(&mut self, recording: &GyroRecording, fit: &Fit, validation: &Validation) {
         let (found, white) = (fit.warm_up_found(), validation.white);
         self.fit_for_use = Some(found && fit.identifiable && white);
         (self.warm_up_found, self.identifiable, self.white) = (Some(found), Some(fit.identifiable), Some(white));
@@ -247,7 +173,6 @@ impl Row {
         self.temperature_high_c = there().max_by(f64::total_cmp);
         let notes: Vec<String> = recording.notes.iter().cloned().chain(recording.audit.findings()).collect();
         self.notes = (!notes.is_empty()).then(|| notes.join("; "));
-        self
     }
 
     /// Estimates of (C1, C2, T) with their covariance, where all are known.

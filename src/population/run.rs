@@ -1,24 +1,16 @@
-//! Many logs fitted, some at a time; a bad one is a row with its error.
+//! Many logs at rest, some at a time; a bad one is a row with its error.
 
 use super::axis::AxisChoice;
-use super::row::Row;
-use crate::bias::EarthRate;
-use crate::error::{Error, ErrorKind, Result};
+use super::engine::{Done, Known, Origin, fault, run_all, within};
+use super::source::{Record, Source};
+use crate::error::{Error, Result};
 use crate::files;
-use crate::identify::{self, FitOptions, Loss};
 use crate::ingest::{GyroQuery, GyroRecording, Mounting, Reading, Stamp, gyro_topics, read_axes_within, read_gyro};
-use crate::signal::names;
-use crate::validate;
+use crate::signal::{TimeAxis, names};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 use serde_json::{Map, Value, json};
-use std::any::Any;
-use std::collections::HashMap;
-use std::fmt;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
-use std::sync::mpsc;
-use std::thread;
 
 /// Which gyros of a log are fitted, where it holds messages of several topics.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
@@ -32,7 +24,7 @@ pub(crate) enum Topics {
     All,
 }
 
-/// How the logs are read, fitted and tested: all alike.
+/// How the logs are read: all alike.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Settings {
     /// How they are read; its axis gives way to `axes`, its topic to `topics`.
@@ -45,12 +37,6 @@ pub(crate) struct Settings {
     pub trim_motion: bool,
     /// Their first samples are this long after power-on, s.
     pub start_offset_s: Option<f64>,
-    /// The Earth's rotation as part of C2, for logs that were recorded in one place.
-    pub earth: Option<EarthRate>,
-    /// Options of the fit.
-    pub fit: FitOptions,
-    /// Options of the whiteness test.
-    pub whiteness: validate::Options,
 }
 
 impl Default for Settings {
@@ -61,19 +47,16 @@ impl Default for Settings {
             axes: vec![AxisChoice::default()],
             trim_motion: false,
             start_offset_s: None,
-            earth: None,
-            fit: FitOptions::default(),
-            whiteness: validate::Options::default(),
         }
     }
 }
 
 impl Settings {
-    /// The options that are not defaults, axes and `topics` aside, as JSON: rows with the same text were made in the same way.
+    /// These and the `further` options that are not defaults (null: a default), axes and `topics` aside, as JSON: rows with the same text
+    /// were made in the same way.
     #[must_use]
-    pub(crate) fn text(&self) -> String {
-        let (query, usual) = (&self.query, validate::Options::default());
-        let fixed = self.fit.fixed;
+    pub(crate) fn text(&self, further: Vec<(&'static str, Value)>) -> String {
+        let query = &self.query;
         let all = [
             ("column", json!(query.column)),
             ("mounting", json!(query.mounting.filter(|m| *m != Mounting::ALIGNED).map(|m| m.rotation()))),
@@ -86,115 +69,46 @@ impl Settings {
             ("clock", json!((query.stamp == Stamp::Receipt).then_some("receipt"))),
             ("trim_motion", json!(self.trim_motion.then_some(true))),
             ("start_offset_s", json!(self.start_offset_s)),
-            ("latitude_deg", json!(self.earth.map(|e| e.latitude_deg))),
-            ("c1_rad_s", json!(fixed.c1_rad_s)),
-            ("c2_rad_s", json!(fixed.c2_rad_s)),
-            ("time_constant_s", json!(fixed.time_constant_s)),
-            ("loss", json!((self.fit.loss == Loss::Huber).then_some(self.fit.loss))),
-            ("weighting", json!(self.fit.weighting)),
-            ("level", json!(Some(self.whiteness.level).filter(|v| *v != usual.level))),
-            ("draws", json!(Some(self.whiteness.draws).filter(|v| *v != usual.draws))),
-            ("seed", json!(Some(self.whiteness.seed).filter(|v| *v != usual.seed))),
         ];
-        let said = all.into_iter().filter(|(_, v)| !v.is_null());
+        let said = all.into_iter().chain(further).filter(|(_, v)| !v.is_null());
         Value::Object(said.map(|(k, v)| (k.to_string(), v)).collect::<Map<_, _>>()).to_string()
     }
 }
 
-/// Where a row comes from.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Origin {
-    /// The log was read and fitted, or failed to be.
-    Fitted,
-    /// It was known from an earlier run.
-    Resumed,
+/// What is made of a log at rest: a row.
+pub(crate) trait Analysis: Sync {
+    type Row: Record;
+
+    /// Its options by name; null for a default.
+    fn options(&self) -> Vec<(&'static str, Value)>;
+
+    /// Fills in `row` of the log `recording`, whose times since power-on are `time` and whose rates, rad/s, are `rate`.
+    ///
+    /// # Errors
+    /// Those of the work, which become the row's.
+    fn fill(&self, row: &mut Self::Row, recording: &GyroRecording, time: &TimeAxis, rate: &[f64]) -> Result<()>;
 }
 
-/// Result of a run.
-#[derive(Debug, Clone, PartialEq)]
-pub(crate) struct Done {
-    /// One row a log, gyro and axis, in the order of the logs.
-    pub rows: Vec<Row>,
-    /// Rows whose log was read and fitted now.
-    pub fitted: usize,
-    /// Rows that were known.
-    pub resumed: usize,
-}
-
-/// Fits each axis of each gyro of each of `logs`, `jobs` (at least one) at a time, on as many threads. A row of `known` is taken over where
-/// the bytes of the log, the topic, the axis, the options (`Settings::text`) and the version are those that it was made of; rows with an
-/// error are tried anew. `each` sees every row as soon as it is there, in no certain order.
+/// Makes a row of each axis of each gyro of each of `logs`, `jobs` (at least one) at a time, on as many threads. A row of `known` is taken
+/// over where the bytes of the log, the topic, the axis, the options (`Settings::text`) and the version are those that it was made of; rows
+/// with an error are tried anew. `each` sees every row as soon as it is there, in no certain order.
 ///
 /// # Errors
-/// That of `each`, which ends the work after the logs in hand; [`ErrorKind::Numeric`] if no thread can be started. What is
-/// wrong with a log stands in its row.
-pub(crate) fn fit_all(
+/// As [`run_all`]. What is wrong with a log stands in its row.
+pub(crate) fn analyse_all<A: Analysis>(
     logs: &[PathBuf],
     settings: &Settings,
+    analysis: &A,
     jobs: usize,
-    known: &[Row],
-    each: &mut dyn FnMut(&Row, Origin) -> Result<()>,
-) -> Result<Done> {
-    let options = settings.text();
-    let made_alike =
-        |r: &&Row| r.options == options && r.gyroid_version == env!("CARGO_PKG_VERSION") && r.error.is_none();
-    let work = Work {
-        settings,
-        known: known
-            .iter()
-            .filter(made_alike)
-            .map(|r| ((r.sha256.as_str(), r.topic.clone(), r.axis.clone()), r))
-            .collect(),
-        options: &options,
-    };
+    known: &[A::Row],
+    each: &mut dyn FnMut(&A::Row, Origin) -> Result<()>,
+) -> Result<Done<A::Row>> {
+    let options = settings.text(analysis.options());
+    let work = Work { settings, analysis, known: Known::of(known, &options), options: &options };
     let axes = settings.axes.len();
     let jobs = jobs.clamp(1, (logs.len() * axes).max(1));
-    let no_threads = |e: &dyn fmt::Display| {
-        Error::new(ErrorKind::Numeric, "--jobs", format!("no thread can be started: {e}")).hint("ask for fewer jobs")
-    };
-    // the tests of a log are parallel themselves: in one pool all keep to `jobs` threads
-    let pool = rayon::ThreadPoolBuilder::new().num_threads(jobs).build().map_err(|e| no_threads(&e))?;
-    let tasks = pool.install(|| tasks(logs, settings));
-    let (next, stop) = (AtomicUsize::new(0), AtomicBool::new(false));
-    let mut slots: Vec<Option<(Row, Origin)>> = vec![None; tasks.len() * axes];
-    let failed = thread::scope(|scope| {
-        let (send, receive) = mpsc::channel();
-        for _ in 0..jobs.min(tasks.len()) {
-            let send = send.clone();
-            let (next, stop, tasks, work, pool) = (&next, &stop, &tasks, &work, &pool);
-            let turn = move || {
-                while !stop.load(Ordering::Relaxed) {
-                    let at = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(task) = tasks.get(at) else { break };
-                    let done = pool.install(|| work.rows(task));
-                    if send.send((at, done)).is_err() {
-                        break;
-                    }
-                }
-            };
-            if let Err(e) = thread::Builder::new().spawn_scoped(scope, turn) {
-                stop.store(true, Ordering::Relaxed);
-                return Some(no_threads(&e));
-            }
-        }
-        drop(send);
-        for (at, rows) in receive {
-            for (i, (row, origin)) in rows.into_iter().enumerate() {
-                if let Err(e) = each(&row, origin) {
-                    stop.store(true, Ordering::Relaxed);
-                    return Some(e);
-                }
-                slots[at * axes + i] = Some((row, origin));
-            }
-        }
-        None
-    });
-    if let Some(error) = failed {
-        return Err(error);
-    }
-    let (rows, origins): (Vec<Row>, Vec<Origin>) = slots.into_iter().flatten().unzip();
-    let fitted = origins.iter().filter(|o| **o == Origin::Fitted).count();
-    Ok(Done { fitted, resumed: rows.len() - fitted, rows })
+    let tasks = within(jobs, || tasks(logs, settings))?;
+    run_all(&tasks, axes, jobs, &|task| work.rows(task), each)
 }
 
 /// One log and topic, read at once; it becomes a row an axis.
@@ -227,41 +141,44 @@ fn tasks<'a>(logs: &'a [PathBuf], settings: &Settings) -> Vec<Task<'a>> {
     tasks
 }
 
-struct Work<'a> {
+struct Work<'a, A: Analysis> {
     settings: &'a Settings,
+    analysis: &'a A,
     options: &'a str,
-    /// Known rows by hash, topic and axis.
-    known: HashMap<(&'a str, Option<String>, String), &'a Row>,
+    known: Known<'a, A::Row>,
 }
 
-impl Work<'_> {
+impl<A: Analysis> Work<'_, A> {
     /// One row an axis; the log is read once for all of them.
-    fn rows(&self, task: &Task<'_>) -> Vec<(Row, Origin)> {
+    fn rows(&self, task: &Task<'_>) -> Vec<(A::Row, Origin)> {
         let Task { path, ref topic, .. } = *task;
-        let axes = &self.settings.axes;
-        let sha256 = if self.known.is_empty() { None } else { files::sha256(path).ok() };
-        let known = |axis: AxisChoice| self.known.get(&(sha256.as_deref()?, topic.clone(), axis.to_string()));
-        let unknown: Vec<AxisChoice> = axes.iter().copied().filter(|axis| known(*axis).is_none()).collect();
+        let sources = self.settings.axes.iter();
+        let sources = sources.map(|axis| Source::of_file(path, topic.as_deref(), axis.to_string(), self.options));
+        let sources: Vec<Source> = sources.collect();
+        let held = self.known.rows(path, &sources);
+        let axes = self.settings.axes.iter().zip(&held);
+        let unknown: Vec<AxisChoice> = axes.filter(|(_, held)| held.is_none()).map(|(axis, _)| *axis).collect();
         let mut read = self.read(task, &unknown).into_iter();
-        let row = |&axis: &AxisChoice| {
-            let row = Row::of_file(path, topic.as_deref(), axis, self.options);
-            if let Some(known) = known(axis) {
-                let Row { path, size_bytes, modified, .. } = row;
-                return (Row { path, size_bytes, modified, ..(*known).clone() }, Origin::Resumed);
+        let row = |(source, held): (Source, Option<A::Row>)| match held {
+            Some(held) => (held, Origin::Resumed),
+            None => {
+                let recording = read.next().unwrap_or_else(|| Err(fault(path, &"it was not read")));
+                (self.made(path, recording, source), Origin::Fitted)
             }
-            let recording = read.next();
-            let named = row.clone();
-            // one log on which the program itself fails must not cost the others
-            let fit = || recording.map_or(Err(program_fault(path, &"it was not read")), |r| self.fit(path, r?, row));
-            let done = catch_unwind(AssertUnwindSafe(fit));
-            let done = done.unwrap_or_else(|fault| Err(program_fault(path, fault.as_ref())));
-            let mut row = done.unwrap_or_else(|e| named.failed(&e));
-            if row.sha256.is_empty() {
-                row.sha256 = files::sha256(path).unwrap_or_default();
-            }
-            (row, Origin::Fitted)
         };
-        axes.iter().map(row).collect()
+        sources.into_iter().zip(held).map(row).collect()
+    }
+
+    fn made(&self, path: &Path, recording: Result<GyroRecording>, source: Source) -> A::Row {
+        let named = source.clone();
+        // one log on which the program itself fails must not cost the others
+        let done = catch_unwind(AssertUnwindSafe(|| self.analysed(path, recording?, source)));
+        let done = done.unwrap_or_else(|why| Err(fault(path, why.as_ref())));
+        let mut row = done.unwrap_or_else(|e| A::Row::of(named).failed(&e));
+        if row.source().sha256.is_empty() {
+            row.source_mut().sha256 = files::sha256(path).unwrap_or_default();
+        }
+        row
     }
 
     /// The recordings of `axes`, read together; where one of them fails, one by one, so that it does not cost the others.
@@ -289,35 +206,25 @@ impl Work<'_> {
         }
         let alone = |query: &GyroQuery| {
             let read = catch_unwind(AssertUnwindSafe(|| read_gyro(path, query)));
-            read.unwrap_or_else(|fault| Err(program_fault(path, fault.as_ref())))
+            read.unwrap_or_else(|why| Err(fault(path, why.as_ref())))
         };
         queries.iter().map(alone).collect()
     }
 
-    fn fit(&self, path: &Path, mut recording: GyroRecording, mut row: Row) -> Result<Row> {
-        let settings = self.settings;
-        if settings.trim_motion {
+    fn analysed(&self, path: &Path, mut recording: GyroRecording, mut source: Source) -> Result<A::Row> {
+        if self.settings.trim_motion {
             recording = recording.without_motion()?;
         }
         let rate = recording.log.require(names::GYRO_Z)?;
         let mut time = recording.log.time.clone();
-        if let (Some(offset), false) = (settings.start_offset_s, time.is_empty()) {
+        if let (Some(offset), false) = (self.settings.start_offset_s, time.is_empty()) {
             let first = time.at(0);
             time = time.shifted(offset - first);
         }
+        source.read(&recording);
+        let mut row = A::Row::of(source);
         let named = |e: Error| if e.input == "log" { e.named(path.display()) } else { e };
-        let fit = identify::fit(&time, rate, &settings.fit).map_err(named)?;
-        let validation = {
-            let left = fit.without_colour(fit.residuals(&time, rate));
-            validate::whiteness(&time, &left, &fit.jacobian(&time), &settings.whiteness)
-        };
-        row.earth_rate_rad_s = settings.earth.map(|e| e.vertical_rad_s);
-        Ok(row.fitted(&recording, &fit, &validation))
+        self.analysis.fill(&mut row, &recording, &time, rate).map_err(named)?;
+        Ok(row)
     }
-}
-
-fn program_fault(path: &Path, fault: &(dyn Any + Send)) -> Error {
-    let said = fault.downcast_ref::<String>().map(String::as_str).or(fault.downcast_ref::<&str>().copied());
-    let found = format!("the program failed on this log: {}", said.unwrap_or("it does not say why"));
-    Error::new(ErrorKind::Numeric, path.display(), found).hint("report it with the log")
 }

@@ -183,7 +183,7 @@ impl Population {
     pub(crate) fn by_axis(rows: &[Row], options: &Options) -> Vec<Self> {
         let mut gyros: Vec<(&Option<String>, &str)> = Vec::new();
         for row in rows {
-            let gyro = (&row.topic, row.axis.as_str());
+            let gyro = (&row.source.topic, row.source.axis.as_str());
             if !gyros.contains(&gyro) {
                 gyros.push(gyro);
             }
@@ -192,12 +192,12 @@ impl Population {
     }
 
     fn of(topic: Option<&str>, axis: &str, rows: &[Row], options: &Options) -> Self {
-        let is_own = |row: &Row| row.topic.as_deref() == topic && row.axis == axis;
+        let is_own = |row: &Row| row.source.topic.as_deref() == topic && row.source.axis == axis;
         let own: Vec<usize> = (0..rows.len()).filter(|i| is_own(&rows[*i])).collect();
         let (mut samples, mut left_out, mut bytes) = (Vec::new(), Vec::new(), BTreeMap::new());
-        for row in own.iter().copied().filter(|i| rows[*i].error.is_none()) {
-            let why = match bytes.insert(&rows[row].sha256, row) {
-                Some(other) => Some(format!("the same bytes as {}", rows[other].path)),
+        for row in own.iter().copied().filter(|i| rows[*i].source.error.is_none()) {
+            let why = match bytes.insert(&rows[row].source.sha256, row) {
+                Some(other) => Some(format!("the same bytes as {}", rows[other].source.path)),
                 None => unfit(&rows[row], options).map(String::from),
             };
             match (why, Sample::of(row, rows)) {
@@ -220,7 +220,7 @@ impl Population {
             topic: topic.map(str::to_string),
             axis: axis.to_string(),
             logs: own.len(),
-            failed: own.iter().filter(|i| rows[**i].error.is_some()).count(),
+            failed: own.iter().filter(|i| rows[**i].source.error.is_some()).count(),
             counted: samples.iter().map(|s| s.row).collect(),
             left_out,
             outlying,

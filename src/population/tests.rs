@@ -1,4 +1,3 @@
-use super::run::Done;
 use super::*;
 use crate::error::Result;
 use crate::math::random::Stream;
@@ -20,19 +19,23 @@ fn log(folder: &Path, name: &str, seed: u64, shift: f64) -> PathBuf {
 }
 
 fn settings() -> Settings {
-    let mut settings = Settings::default();
-    settings.whiteness.draws = 99;
-    settings
+    Settings::default()
+}
+
+fn warm_up() -> WarmUp {
+    let mut warm_up = WarmUp::default();
+    warm_up.whiteness.draws = 99;
+    warm_up
 }
 
 /// Fits, and counts how often a log was read and fitted by what `each` saw.
-fn fitted(logs: &[PathBuf], settings: &Settings, jobs: usize, known: &[Row]) -> (Done, usize) {
+fn fitted(logs: &[PathBuf], settings: &Settings, jobs: usize, known: &[Row]) -> (Done<Row>, usize) {
     let mut fresh = 0;
     let mut each = |_: &Row, origin: Origin| {
         fresh += usize::from(origin == Origin::Fitted);
         Ok(())
     };
-    let done = fit_all(logs, settings, jobs, known, &mut each).unwrap();
+    let done = analyse_all(logs, settings, &warm_up(), jobs, known, &mut each).unwrap();
     (done, fresh)
 }
 
@@ -70,14 +73,19 @@ fn a_bad_log_is_a_row_and_the_jobs_change_nothing() {
     let (two, fresh) = fitted(&logs, &settings(), 2, &[]);
     assert_eq!(one.rows, two.rows);
     assert_eq!((one.rows.len(), fresh, two.fitted, two.resumed), (5, 5, 5, 0));
-    let error = one.rows[1].error.as_deref().unwrap();
+    let error = one.rows[1].source.error.as_deref().unwrap();
     assert!(error.contains("cut.csv.gz") && error.contains("truncated"), "{error}");
-    assert!(one.rows[1].c1_rad_s.is_none() && one.rows[1].sha256.len() == 64);
-    assert!(one.rows[4].error.as_deref().unwrap().contains("no_such.csv") && one.rows[4].sha256.is_empty());
+    assert!(one.rows[1].c1_rad_s.is_none() && one.rows[1].source.sha256.len() == 64);
+    assert!(
+        one.rows[4].source.error.as_deref().unwrap().contains("no_such.csv") && one.rows[4].source.sha256.is_empty()
+    );
     let good = &one.rows[0];
     assert!((good.time_constant_s.unwrap() - 100.0).abs() < 5.0 * good.time_constant_std_s.unwrap());
-    assert_eq!((good.samples, good.axis.as_str(), good.column.as_deref()), (Some(1600), "z", Some("gyro_z_rad_s")));
-    assert!(good.modified.as_deref().unwrap().ends_with('Z'), "{:?}", good.modified);
+    assert_eq!(
+        (good.samples, good.source.axis.as_str(), good.source.column.as_deref()),
+        (Some(1600), "z", Some("gyro_z_rad_s"))
+    );
+    assert!(good.source.modified.as_deref().unwrap().ends_with('Z'), "{:?}", good.source.modified);
 }
 
 #[test]
@@ -99,14 +107,15 @@ fn what_is_known_is_not_fitted_anew() {
     let named = [moved.clone(), logs[1].clone(), logs[2].clone()];
     let (again, fresh) = fitted(&named, &settings(), 1, &known);
     assert_eq!((fresh, again.resumed), (1, 2));
-    assert_eq!(again.rows[0].path, moved.display().to_string());
-    assert_ne!(again.rows[1].sha256, known[1].sha256);
+    assert_eq!(again.rows[0].source.path, moved.display().to_string());
+    assert_ne!(again.rows[1].source.sha256, known[1].source.sha256);
     // other options, another version, an error: all anew
     let other = Settings { trim_motion: true, ..settings() };
     assert_eq!(fitted(&logs[2..], &other, 1, &known).1, 1);
-    known[2].gyroid_version = "0.0.1".into();
+    known[2].source.gyroid_version = "0.0.1".into();
     assert_eq!(fitted(&logs[2..], &settings(), 1, &known).1, 1);
-    known[2] = Row { error: Some("disk".into()), ..first.rows[2].clone() };
+    known[2].clone_from(&first.rows[2]);
+    known[2].source.error = Some("disk".into());
     assert_eq!(fitted(&logs[2..], &settings(), 1, &known).1, 1);
 }
 
@@ -119,7 +128,7 @@ fn an_error_of_the_one_who_looks_ends_the_work() {
         seen += 1;
         Err(crate::Error::new(crate::ErrorKind::Io, "results.csv", "the disk is full"))
     };
-    let error = fit_all(&logs, &settings(), 1, &[], &mut each).unwrap_err();
+    let error = analyse_all(&logs, &settings(), &warm_up(), 1, &[], &mut each).unwrap_err();
     assert_eq!((error.found.as_str(), seen), ("the disk is full", 1));
 }
 
@@ -133,14 +142,14 @@ fn results_come_back_whole_in_every_format() {
     for name in ["r.parquet", "r.csv"] {
         let path = dir.path().join(name);
         results::write(&path, &rows).unwrap();
-        assert_eq!(results::read(&path).unwrap(), rows, "{name}");
-        results::write(&path, &[]).unwrap();
-        assert!(results::read(&path).unwrap().is_empty(), "{name}");
+        assert_eq!(results::read::<Row>(&path).unwrap(), rows, "{name}");
+        results::write::<Row>(&path, &[]).unwrap();
+        assert!(results::read::<Row>(&path).unwrap().is_empty(), "{name}");
     }
     for (name, content) in [("r.parquet", "PAR1 and no more"), ("r.csv", "t_s,rate\n1,2\n")] {
         let path = dir.path().join(name);
         std::fs::write(&path, content).unwrap();
-        let error = results::read(&path).unwrap_err();
+        let error = results::read::<Row>(&path).unwrap_err();
         assert!(error.to_string().contains(name) && error.hint.is_some(), "{error}");
     }
     assert_eq!(results::write(&dir.path().join("r.xlsx"), &rows).unwrap_err().kind, crate::ErrorKind::Usage);
@@ -157,9 +166,12 @@ fn drawn(index: usize, spread: [f64; 3], draw: &mut Stream) -> Row {
     let d: [f64; 3] = std::array::from_fn(|_| draw.normal());
     let t = 200.0 * (spread[2] * d[2]).exp();
     Row {
-        path: format!("{index}.csv"),
-        sha256: format!("{index:064}"),
-        axis: "z".into(),
+        source: Source {
+            path: format!("{index}.csv"),
+            sha256: format!("{index:064}"),
+            axis: "z".into(),
+            ..Source::default()
+        },
         warm_up_found: Some(true),
         identifiable: Some(true),
         white: Some(true),
@@ -239,12 +251,12 @@ fn ordinary_populations_seldom_have_an_outlying_log_and_an_odd_unit_is_found() {
 #[test]
 fn rows_that_do_not_count_say_why() {
     let mut rows = simulated(9, 3);
-    rows[0].error = Some("truncated".into());
+    rows[0].source.error = Some("truncated".into());
     rows[1].warm_up_found = Some(false);
     rows[2].identifiable = Some(false);
     rows[3].white = Some(false);
-    rows[4].sha256 = rows[5].sha256.clone();
-    rows[8].axis = "x".into();
+    rows[4].source.sha256 = rows[5].source.sha256.clone();
+    rows[8].source.axis = "x".into();
     let all = Population::by_axis(&rows, &Options::default());
     assert_eq!(all.iter().map(|p| p.axis.as_str()).collect::<Vec<_>>(), ["z", "x"]);
     let z = &all[0];

@@ -112,7 +112,7 @@ const QUANTITIES: [Quantity; 4] = [
 
 /// Value and standard deviation of a quantity in a row, through its logarithm where it has one; none where the row does not tell it.
 fn observed(quantity: &Quantity, row: &Row) -> Option<[f64; 2]> {
-    let told = row.error.is_none() && row.warm_up_found != Some(false) && row.identifiable != Some(false);
+    let told = row.source.error.is_none() && row.warm_up_found != Some(false) && row.identifiable != Some(false);
     let [value, std] = (quantity.2)(row).filter(|_| told)?;
     let seen = if quantity.1 { [value.ln(), std / value] } else { [value, std] };
     // a parameter that was given has no spread
@@ -133,8 +133,8 @@ impl<'a> Gyro<'a> {
     fn new(unit: String, mut rows: Vec<&'a Row>) -> Self {
         // a copy of a log is no other power-on
         let mut seen = BTreeSet::new();
-        rows.retain(|r| r.sha256.is_empty() || seen.insert(r.sha256.as_str()));
-        let times: Option<Vec<Timestamp>> = rows.iter().map(|r| r.started.as_ref()?.parse().ok()).collect();
+        rows.retain(|r| r.source.sha256.is_empty() || seen.insert(r.source.sha256.as_str()));
+        let times: Option<Vec<Timestamp>> = rows.iter().map(|r| r.source.started.as_ref()?.parse().ok()).collect();
         let (at, in_days) = match times {
             Some(times) => {
                 let mut order: Vec<usize> = (0..rows.len()).collect();
@@ -144,7 +144,7 @@ impl<'a> Gyro<'a> {
                 (order.iter().map(|i| times[*i].duration_since(first).as_secs_f64() / DAY_S).collect(), true)
             }
             None => {
-                rows.sort_by(|a, b| a.path.cmp(&b.path));
+                rows.sort_by(|a, b| a.source.path.cmp(&b.source.path));
                 ((1..=rows.len()).map(|i| i as f64).collect(), false)
             }
         };
@@ -217,7 +217,7 @@ pub(crate) fn track(rows: &[Row], unit: &dyn Fn(&Row) -> Option<String>, per_yea
     let mut named: BTreeMap<(String, &Option<String>, &str), Vec<&Row>> = BTreeMap::new();
     for row in rows {
         if let Some(unit) = unit(row) {
-            named.entry((unit, &row.topic, &row.axis)).or_default().push(row);
+            named.entry((unit, &row.source.topic, &row.source.axis)).or_default().push(row);
         }
     }
     let mut gyros: Vec<Gyro<'_>> = named.into_iter().map(|((unit, ..), rows)| Gyro::new(unit, rows)).collect();
@@ -280,19 +280,19 @@ fn tracked(gyro: &Gyro<'_>, priors: &[VariancePrior; 4], level: f64) -> Tracked 
         _ if parameters.iter().any(|p| p.drifting) => Standing::Drifting,
         _ => Standing::Inside,
     };
-    let why = || match (&row.error, row.warm_up_found) {
+    let why = || match (&row.source.error, row.warm_up_found) {
         (Some(error), _) => error.clone(),
         (None, Some(false)) => "no warm-up found".into(),
         _ => "T is not identifiable".into(),
     };
     Tracked {
         unit: gyro.unit.clone(),
-        topic: row.topic.clone(),
-        axis: row.axis.clone(),
+        topic: row.source.topic.clone(),
+        axis: row.source.axis.clone(),
         power_ons: gyro.rows.len(),
         set_aside: gyro.counts[..last].iter().filter(|counts| !**counts).count(),
-        last: row.path.clone(),
-        last_started: row.started.clone(),
+        last: row.source.path.clone(),
+        last_started: row.source.started.clone(),
         standing,
         why: (standing == Standing::NotJudged).then(why),
         at: gyro.at.clone(),
@@ -305,6 +305,7 @@ fn tracked(gyro: &Gyro<'_>, priors: &[VariancePrior; 4], level: f64) -> Tracked 
 mod tests {
     use super::*;
     use crate::math::random::Stream;
+    use crate::population::Source;
 
     /// Spread of C2 from one power-on to the next, rad/s.
     const SPREAD: f64 = 3e-4;
@@ -318,10 +319,13 @@ mod tests {
                 let mut normal = || draw.normal();
                 let started = Timestamp::from_second(1_700_000_000 + 86_400 * k as i64).unwrap();
                 rows.push(Row {
-                    path: format!("fleet/{unit}/{:03}.csv", power_ons - k),
-                    sha256: format!("{unit} {k}"),
-                    axis: "z".into(),
-                    started: Some(started.to_string()),
+                    source: Source {
+                        path: format!("fleet/{unit}/{:03}.csv", power_ons - k),
+                        sha256: format!("{unit} {k}"),
+                        axis: "z".into(),
+                        started: Some(started.to_string()),
+                        ..Source::default()
+                    },
                     identifiable: Some(true),
                     c1_rad_s: Some(2e-3 + 1e-4 * normal()),
                     c1_std_rad_s: Some(1e-5),
@@ -339,7 +343,7 @@ mod tests {
     }
 
     fn by_folder(row: &Row) -> Option<String> {
-        row.path.split('/').nth(1).map(Into::into)
+        row.source.path.split('/').nth(1).map(Into::into)
     }
 
     fn changed(all: &[Tracked]) -> Vec<&str> {
@@ -390,7 +394,8 @@ mod tests {
         let mut rows = fleet(6, 20, 4, |unit, k| if unit == 1 && (k == 12 || k == 19) { 10.0 * SPREAD } else { 0.0 });
         let all = track(&rows, &by_folder, 365.0);
         assert_eq!((changed(&all), all[1].set_aside), (vec!["1"], 1));
-        let copy = Row { path: "fleet/1/copy.csv".into(), ..rows[25].clone() };
+        let mut copy = rows[25].clone();
+        copy.source.path = "fleet/1/copy.csv".into();
         rows.push(copy);
         assert_eq!(track(&rows, &by_folder, 365.0)[1].power_ons, 20);
     }
@@ -400,7 +405,7 @@ mod tests {
         let few = track(&fleet(2, 3, 5, |_, _| 0.0), &by_folder, 365.0);
         assert!(few.iter().all(|g| g.standing == Standing::TooFew));
         let mut rows = fleet(1, 6, 5, |_, _| 0.0);
-        rows[5].error = Some("no time column".into());
+        rows[5].source.error = Some("no time column".into());
         let failed = &track(&rows, &by_folder, 365.0)[0];
         assert_eq!((failed.standing, failed.why.as_deref()), (Standing::NotJudged, Some("no time column")));
         assert_eq!(track(&rows, &|_| None, 365.0), []);

@@ -25,15 +25,15 @@ impl PopulationReport {
     /// Rows without a fit.
     #[must_use]
     pub(crate) fn failed(&self) -> usize {
-        self.rows.iter().filter(|r| r.error.is_some()).count()
+        self.rows.iter().filter(|r| r.source.error.is_some()).count()
     }
 
     /// The page for a terminal.
     #[must_use]
     pub(crate) fn text(&self) -> String {
         let mut out = String::new();
-        let width = self.rows.iter().map(|r| r.path.chars().count()).max().unwrap_or(0).clamp(3, NAME);
-        let topic_width = self.rows.iter().filter_map(|r| r.topic.as_ref()).map(|t| t.chars().count()).max();
+        let width = self.rows.iter().map(|r| r.source.path.chars().count()).max().unwrap_or(0).clamp(3, NAME);
+        let topic_width = self.rows.iter().filter_map(|r| r.source.topic.as_ref()).map(|t| t.chars().count()).max();
         let topic_width = topic_width.map(|w| w.clamp(5, NAME));
         let topics = topic_width.map_or(String::new(), |w| format!("{:<w$}  ", "topic"));
         // writing to a String cannot fail
@@ -65,7 +65,7 @@ impl PopulationReport {
         let topic = p.topic.as_ref().map_or(String::new(), |t| format!("topic {t}, "));
         let _ = writeln!(out, "\n{topic}axis {}: {} of {} logs count", p.axis, p.counted.len(), p.logs);
         for l in &p.left_out {
-            let _ = writeln!(out, "  left out: {}: {}", self.rows[l.row].path, l.why);
+            let _ = writeln!(out, "  left out: {}: {}", self.rows[l.row].source.path, l.why);
         }
         if p.counted.len() < 2 {
             let _ = writeln!(out, "  too few for a population");
@@ -103,7 +103,7 @@ impl PopulationReport {
             let _ = writeln!(
                 out,
                 "    {}: {} lies {} robust standard deviations from the median (p {}){}",
-                self.rows[o.row].path,
+                self.rows[o.row].source.path,
                 symbol(o.parameter),
                 significant(o.studentized, 3),
                 equals(o.p_value),
@@ -130,11 +130,11 @@ impl PopulationReport {
 }
 
 fn row_text(row: &Row, width: usize, topic_width: Option<usize>, out: &mut String) {
-    let name = ending(&row.path, width);
+    let name = ending(&row.source.path, width);
     let topic = topic_width
-        .map_or(String::new(), |w| format!("{:<w$}  ", row.topic.as_ref().map_or("-".into(), |t| ending(t, w))));
-    if let Some(error) = &row.error {
-        let _ = writeln!(out, "{name:<width$}  {topic}{:<4}  error: {}", row.axis, on_one_line(error));
+        .map_or(String::new(), |w| format!("{:<w$}  ", row.source.topic.as_ref().map_or("-".into(), |t| ending(t, w))));
+    if let Some(error) = &row.source.error {
+        let _ = writeln!(out, "{name:<width$}  {topic}{:<4}  error: {}", row.source.axis, on_one_line(error));
         return;
     }
     let cell = |value: Option<f64>, std: Option<f64>| value.map_or("-".into(), |v| known_digits(v, std.unwrap_or(0.0)));
@@ -150,7 +150,7 @@ fn row_text(row: &Row, width: usize, topic_width: Option<usize>, out: &mut Strin
     let _ = writeln!(
         out,
         "{name:<width$}  {topic}{:<4}  {:>12} {:>9}  {:>12} {:>9}  {:>9} {:>8}  {verdict}",
-        row.axis,
+        row.source.axis,
         cell(row.c1_rad_s, row.c1_std_rad_s),
         std(row.c1_std_rad_s),
         cell(row.c2_rad_s, row.c2_std_rad_s),
@@ -183,20 +183,20 @@ fn symbol(parameter: &str) -> &str {
     }
 }
 
-fn percent(relative: f64) -> String {
+pub(super) fn percent(relative: f64) -> String {
     format!("{} %", significant(100.0 * relative, 2))
 }
 
-fn percents([low, high]: [f64; 2]) -> String {
+pub(super) fn percents([low, high]: [f64; 2]) -> String {
     format!("[{}, {}]", percent(low), percent(high))
 }
 
-fn equals(p: f64) -> String {
+pub(super) fn equals(p: f64) -> String {
     super::numbers::equals(&probability(p))
 }
 
 /// The last `width` characters of a path.
-fn ending(path: &str, width: usize) -> String {
+pub(super) fn ending(path: &str, width: usize) -> String {
     let count = path.chars().count();
     if count <= width {
         return path.to_string();
@@ -204,6 +204,6 @@ fn ending(path: &str, width: usize) -> String {
     format!("…{}", path.chars().skip(count + 1 - width).collect::<String>())
 }
 
-fn on_one_line(text: &str) -> String {
+pub(super) fn on_one_line(text: &str) -> String {
     text.split_whitespace().collect::<Vec<_>>().join(" ")
 }

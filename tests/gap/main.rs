@@ -11,6 +11,7 @@ mod custom_drive;
 mod drive_command;
 mod effects_command;
 mod false_alarms;
+mod fleet;
 mod hard_stops;
 mod invariance;
 mod loads;

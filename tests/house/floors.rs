@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// Floor of each module. A new module needs its line here.
-const FLOORS: [(&str, u8); 26] = [
+const FLOORS: [(&str, u8); 27] = [
     ("error", 0),
     ("files", 0),
     ("progress", 0),
@@ -31,6 +31,7 @@ const FLOORS: [(&str, u8); 26] = [
     ("effects", 4),
     ("gap", 5),
     ("bench", 5),
+    ("fleet", 6),
     ("export", 6),
 ];
 /// These lie on the sixth floor too, and the roof is the command line.

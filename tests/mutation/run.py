@@ -21,6 +21,7 @@ import pathlib
 import random
 import re
 import subprocess
+import tempfile
 import time
 from concurrent.futures import ThreadPoolExecutor
 
@@ -54,9 +55,9 @@ pub(crate) fn is(number: u32) -> bool {
 class Source:
     """One file, its syntax tree, and the mutants that are put into it."""
 
-    def __init__(self, path):
-        self.path = path
-        self.text = path.read_bytes()
+    def __init__(self, tree, file):
+        self.path = tree / file
+        self.text = subprocess.run(["git", "show", f"HEAD:{file}"], cwd=tree, capture_output=True, check=True).stdout
         self.starts = [0] + [i + 1 for i, byte in enumerate(self.text) if byte == 10]
         self.tree = tree_sitter.Parser(tree_sitter.Language(tree_sitter_rust.language())).parse(self.text)
         self.sites = {}
@@ -147,7 +148,7 @@ def run(command, **more):
 
 
 def sample(tree, count, seed):
-    """Mutants of each area in equal number, drawn without replacement; (area, mutant) in order."""
+    """Mutants of each area in equal number, drawn without replacement; (area, mutant) in order. `tree` is a clean one."""
     chosen = []
     for area, (globs, _, _) in AREAS.items():
         files = [x for glob in globs for x in ("-f", glob)]
@@ -165,18 +166,23 @@ def write(tree, chosen, dropped):
     """Puts the switches into the tree; returns the numbers of the mutants that got none."""
     sources, without = {}, set()
     for number, (_, mutant) in enumerate(chosen, 1):
-        path = tree / mutant["file"]
-        if path not in sources:
-            run(["git", "checkout", "-q", "--", mutant["file"]], cwd=tree)
-            sources[path] = Source(path)
-        node = None if number in dropped else sources[path].place(mutant)
+        file = mutant["file"]
+        if file not in sources:
+            sources[file] = Source(tree, file)
+        node = None if number in dropped else sources[file].place(mutant)
         if node is None:
             without.add(number)
         else:
-            sources[path].add(number, mutant, node)
+            sources[file].add(number, mutant, node)
     for source in sources.values():
-        source.path.write_bytes(source.render())
+        write_new(source.path, source.render())
     return without
+
+
+def write_new(path, content):
+    """Writes what is not there: cargo builds anew what has another date."""
+    if not path.exists() or path.read_bytes() != content:
+        path.write_bytes(content)
 
 
 def compiler(tree, env, command):
@@ -196,9 +202,11 @@ def at(tree, file, line, column):
     return next((int(s[1]) for s in reversed(list(switches)) if s.start() < column), None)
 
 
-def build(tree, env, chosen):
-    """The test programs by name, and the numbers of the mutants that are not in them."""
-    dropped = set()
+def build(tree, env, chosen, notes):
+    """The test programs by name, and the numbers of the mutants that are not in them, which the file `notes` keeps."""
+    names = [mutant["name"] for _, mutant in chosen]
+    kept = json.loads(notes.read_text()) if notes.exists() else {}
+    dropped = set(kept.get("dropped", [])) if kept.get("mutants") == names else set()
     while True:
         without = write(tree, chosen, dropped)
         _, places = compiler(tree, env, ["check", "--lib"])
@@ -209,6 +217,7 @@ def build(tree, env, chosen):
             raise SystemExit(f"the build fails where no mutant stands: {places[:5]}")
         dropped |= wrong
         print(f"{len(dropped)} of {len(chosen)} mutants do not compile", flush=True)
+    notes.write_text(json.dumps({"mutants": names, "dropped": sorted(dropped)}))
     said, _ = compiler(tree, env, ["test", "--no-run"])
     made = [m for m in said if m.get("executable") and m["profile"]["test"]]
     return {m["target"]["name"]: m["executable"] for m in made}, without
@@ -235,20 +244,25 @@ def main():
     parser.add_argument("--mutants", type=int, default=300, help="mutants in all, the same number in each area")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--folder", type=pathlib.Path, default=ROOT / "target/mutation")
-    parser.add_argument("--json", type=pathlib.Path, help="every mutant and what caught it")
+    parser.add_argument("--json", type=pathlib.Path, help="every mutant and what caught it; what is there is taken over")
     asked = parser.parse_args()
 
     tree = asked.folder / "tree"
-    run(["git", "worktree", "add", "--detach", "--force", str(tree), "HEAD"], cwd=ROOT)
-    run(["git", "checkout", "-q", "--force", "--detach", run(["git", "rev-parse", "HEAD"], cwd=ROOT).stdout.strip()], cwd=tree)
+    head = run(["git", "rev-parse", "HEAD"], cwd=ROOT).stdout
+    if not tree.exists():
+        run(["git", "worktree", "add", "--detach", "--force", str(tree), "HEAD"], cwd=ROOT)
+    elif run(["git", "rev-parse", "HEAD"], cwd=tree).stdout != head:
+        run(["git", "checkout", "-q", "--force", "--detach", head.strip()], cwd=tree)
     env = {**os.environ, "CARGO_INCREMENTAL": "1", "CARGO_MANIFEST_DIR": str(tree)}
     env.setdefault("CARGO_TARGET_DIR", str(asked.folder / "target"))
 
-    chosen = sample(tree, asked.mutants, asked.seed)
-    (tree / "src/mutant.rs").write_text(SWITCH)
-    root = tree / "src/lib.rs"
-    root.write_text(root.read_text() + "\nmod mutant;\n")
-    programs, without = build(tree, env, chosen)
+    with tempfile.TemporaryDirectory(dir=asked.folder) as clean:
+        archive = subprocess.run(["git", "archive", "HEAD"], cwd=tree, capture_output=True, check=True).stdout
+        subprocess.run(["tar", "-x", "-C", clean], input=archive, check=True)
+        chosen = sample(clean, asked.mutants, asked.seed)
+    write_new(tree / "src/mutant.rs", SWITCH.encode())
+    write_new(tree / "src/lib.rs", Source(tree, "src/lib.rs").text + b"\nmod mutant;\n")
+    programs, without = build(tree, env, chosen, asked.folder / "left_out.json")
     limits = {}
     for area in AREAS:
         for program, filters in stages(area, programs):
@@ -266,8 +280,12 @@ def main():
                 return area, mutant["name"], failed
         return area, mutant["name"], None
 
-    live = [(n, c) for n, c in enumerate(chosen, 1) if n not in without]
-    results = []
+    # what an earlier run found is taken over; areas in turn, so that a run that is broken off is a sample too
+    results = json.loads(asked.json.read_text()) if asked.json and asked.json.exists() else []
+    known = {r["mutant"] for r in results}
+    each = asked.mutants // len(AREAS)
+    live = [(n, c) for n, c in enumerate(chosen, 1) if n not in without and c[1]["name"] not in known]
+    live.sort(key=lambda numbered: (numbered[0] - 1) % each)
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         for area, name, failed in pool.map(judge, live):
             results.append({"area": area, "mutant": name, "caught_by": failed})

@@ -8,6 +8,7 @@ mod allan_family;
 mod cases;
 mod command;
 mod logs;
+mod many;
 #[path = "../common/place.rs"]
 mod place;
 mod shape;

@@ -2,16 +2,14 @@
 
 use crate::cli::html::HtmlArgs;
 use crate::cli::log_args::{ColumnArgs, MemoryArgs};
-use crate::cli::log_values::parse_axis;
+use crate::cli::many::{AxesArgs, MANY_LOGS, ManyArgs};
 use crate::cli::output::{Common, command_line};
 use clap::Args;
 use gyroid::bias::{Against, Scheme};
 use gyroid::export::ConfigurationOptions;
 use gyroid::files::Plan;
 use gyroid::identify::{FitOptions, Fixed, Loss, Weighting};
-use gyroid::population::{AxisChoice, Shard};
 use gyroid::{Error, ErrorKind, Result, validate};
-use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
 /// Fits e(t) = C1 (1 - exp(-t/T)) + C2 to a log at rest, validates it, and writes the configuration.
@@ -32,6 +30,10 @@ pub(crate) struct FitArgs {
     pub logs: Vec<PathBuf>,
     #[command(flatten)]
     pub many: ManyArgs,
+    #[command(flatten)]
+    pub axes: AxesArgs,
+    #[command(flatten)]
+    pub population: PopulationArgs,
     /// Keep a parameter at a value: c1=, c2= (rad/s) or t= (s); may be given more than once
     #[arg(long, value_name = "NAME=VALUE", value_parser = parse_fixed)]
     fix: Vec<(Parameter, f64)>,
@@ -82,57 +84,16 @@ pub(crate) struct FitArgs {
     pub columns: ColumnArgs,
 }
 
-/// Options for many logs; one of them makes a single log a row of a table too.
+/// What is made of the population of many logs.
 #[derive(Debug, Clone, Args)]
-#[command(next_help_heading = "Many logs")]
-pub(crate) struct ManyArgs {
-    /// Logs that are fitted at a time, each on one core [default: the cores of the machine]
-    #[arg(long, value_name = "N")]
-    pub jobs: Option<NonZeroUsize>,
-    /// Axes of each log, a row each: x,y,z [default: that of --axis]
-    #[arg(long, value_name = "LIST", value_delimiter = ',', allow_hyphen_values = true, value_parser = parse_axis)]
-    pub axes: Vec<AxisChoice>,
-    /// Write all estimates and what they are from here (.parquet or .csv)
-    #[arg(long, value_name = "FILE")]
-    pub results: Option<PathBuf>,
-    /// Take over what --results holds of the same logs and options, and fit the rest
-    #[arg(long, requires = "results")]
-    pub resume: bool,
+#[command(next_help_heading = MANY_LOGS)]
+pub(crate) struct PopulationArgs {
     /// Write the configuration of the population here: its means, and how far one power-on lies from them
     #[arg(long, value_name = "FILE")]
     pub config: Option<PathBuf>,
     /// Count also logs that are not of one population with the others
     #[arg(long)]
     pub keep_outlying: bool,
-    /// Fit part i of n of the logs, i from 1; --out is its table, `gyroid merge` makes one of all
-    #[arg(long, value_name = "i/n", value_parser = Shard::parse)]
-    pub shard: Option<Shard>,
-}
-
-impl ManyArgs {
-    /// Axes of each log, each once: those that are named here, else those of --axis.
-    pub(crate) fn axes_or(&self, others: &[AxisChoice]) -> Vec<AxisChoice> {
-        let mut axes = if self.axes.is_empty() { others.to_vec() } else { self.axes.clone() };
-        let mut seen = Vec::new();
-        axes.retain(|a| {
-            !seen.contains(a) && {
-                seen.push(*a);
-                true
-            }
-        });
-        axes
-    }
-
-    /// Adds the output files.
-    pub(crate) fn planned(&self, plan: Plan) -> Plan {
-        let plan = plan.writes("--config", &self.config);
-        if self.resume { plan.resumes("--results", &self.results) } else { plan.writes("--results", &self.results) }
-    }
-
-    /// Whether an option was given that only a fit of many logs has.
-    pub(crate) fn asked_for(&self) -> bool {
-        self.results.is_some() || self.config.is_some() || !self.axes.is_empty() || self.shard.is_some()
-    }
 }
 
 /// Options of the whiteness test.
@@ -264,19 +225,23 @@ pub(super) fn fit_options(args: &FitArgs) -> Result<FitOptions> {
 
 /// Files that the command reads and writes.
 impl FitArgs {
+    /// Whether an option was given that only a fit of many logs has.
+    pub(super) fn asks_for_many(&self) -> bool {
+        self.many.asked_for() || !self.axes.axes.is_empty() || self.population.config.is_some()
+    }
+
     /// With --shard, --out is the table of the part.
     pub(super) fn of_a_part(&self) -> Self {
         let mut args = self.clone();
-        if args.many.shard.is_some() && args.many.results.is_none() {
-            args.many.results = args.out.take();
-        }
+        args.many.of_a_part(&mut args.out);
         args
     }
 }
 
 pub(super) fn plan(args: &FitArgs) -> Plan {
     let plan = Plan::new().reads(&args.logs).reads(&args.base).writes("--out", &args.out);
-    args.many.planned(args.page.planned(plan.writes("--plot", plots(args))))
+    let plan = plan.writes("--config", &args.population.config).writes("--plot", plots(args));
+    args.many.planned(args.page.planned(plan))
 }
 
 /// The plots that were asked for, or both kinds beside the configuration.

@@ -6,6 +6,7 @@ mod calibrate;
 mod compare;
 mod diagnose;
 mod explain;
+mod fleet;
 mod key_path;
 mod loads;
 mod patching;
@@ -37,6 +38,7 @@ enum GapCommand {
     Compare(compare::CompareArgs),
     Power(power::PowerArgs),
     Plan(plan::PlanArgs),
+    Fleet(fleet::FleetArgs),
     Bench(bench::BenchArgs),
 }
 
@@ -48,6 +50,7 @@ pub(crate) fn run(args: &GapArgs) -> Result<Outcome> {
         GapCommand::Compare(args) => compare::run(args),
         GapCommand::Power(args) => power::run(args),
         GapCommand::Plan(args) => plan::run(args),
+        GapCommand::Fleet(args) => fleet::run(args),
         GapCommand::Bench(args) => bench::run(args),
     }
 }

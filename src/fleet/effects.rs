@@ -1,0 +1,102 @@
+//! The effects over the robots of a fleet.
+
+use super::row::DriveRow;
+use super::share::{Shared, shared};
+use crate::effects::Library;
+use serde::Serialize;
+use std::collections::BTreeMap;
+
+/// An effect over the robots.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct FleetEffect {
+    pub id: String,
+    pub title: String,
+    /// The parameter that says how large it is, with its unit.
+    pub parameter: String,
+    /// Recordings whose diagnosis names it.
+    pub named: usize,
+    /// Robots whose recordings tell its size, in the order of `shared.units`.
+    pub units: Vec<String>,
+    /// Robots whose recordings do not.
+    pub untold: Vec<String>,
+    /// In which of `units` it is, and how large.
+    pub shared: Shared,
+    /// Whether all robots have it, or some, or it cannot be told.
+    pub reach: Reach,
+}
+
+/// How far an effect reaches.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum Reach {
+    /// All robots have it, with a probability of one half at least.
+    Common,
+    /// Some have it, and others do not.
+    Some,
+    /// None has it beyond doubt.
+    CannotTell,
+}
+
+/// Probability from which on a robot counts as one that has the effect.
+pub(crate) const HAS: f64 = 0.5;
+
+/// Each effect that was fitted to `rows`, whose robots `unit` tells. Recordings of one robot are weighed by their standard deviations, which are
+/// widened where they differ by more (Birge, Phys. Rev. 40 (1932) 207).
+#[must_use]
+pub(crate) fn over_robots(
+    rows: &[DriveRow],
+    unit: &dyn Fn(&DriveRow) -> Option<String>,
+    library: &Library,
+) -> Vec<FleetEffect> {
+    let mut robots: BTreeMap<String, Vec<&DriveRow>> = BTreeMap::new();
+    for row in rows.iter().filter(|r| r.source.error.is_none()) {
+        if let Some(robot) = unit(row) {
+            robots.entry(robot).or_default().push(row);
+        }
+    }
+    let mut asked: Vec<String> = rows.iter().flat_map(|r| r.fitted().asked).collect();
+    asked.sort();
+    asked.dedup();
+    let one = |id: String| {
+        let about = library.driving_by_id(&id).map(|e| e.about()).or_else(|| library.by_id(&id).map(|e| e.about()))?;
+        let told = robots.iter().map(|(robot, rows)| (robot.clone(), pooled(rows, &id, about.size())));
+        let (told, untold): (Vec<_>, Vec<_>) = told.partition(|(_, size)| size.is_some());
+        let sizes: Vec<(f64, f64)> = told.iter().filter_map(|(_, size)| *size).collect();
+        let shared = shared(&sizes)?;
+        let reach = match &shared {
+            s if s.all >= HAS && untold.is_empty() => Reach::Common,
+            s if s.units.iter().any(|u| u.probability >= HAS) => Reach::Some,
+            _ => Reach::CannotTell,
+        };
+        Some(FleetEffect {
+            title: about.title.into(),
+            parameter: about.size().into(),
+            named: rows.iter().filter(|r| r.named().any(|n| n == id)).count(),
+            units: told.into_iter().map(|(robot, _)| robot).collect(),
+            untold: untold.into_iter().map(|(robot, _)| robot).collect(),
+            shared,
+            reach,
+            id,
+        })
+    };
+    asked.into_iter().filter_map(one).collect()
+}
+
+/// Size and standard deviation by all recordings of one robot.
+fn pooled(rows: &[&DriveRow], id: &str, parameter: &str) -> Option<(f64, f64)> {
+    let of = |row: &&DriveRow| {
+        let fitted = row.fitted();
+        let effect = fitted.effects.get(id)?;
+        let (size, std) = (*effect.parameters.get(parameter)?, *effect.std.get(parameter)?);
+        (size.is_finite() && std > 0.0 && std.is_finite()).then_some((size, std))
+    };
+    let sizes: Vec<(f64, f64)> = rows.iter().filter_map(of).collect();
+    let weight: f64 = sizes.iter().map(|(_, s)| s.powi(-2)).sum();
+    if !(weight > 0.0) {
+        return None;
+    }
+    let mean = sizes.iter().map(|(y, s)| y / (s * s)).sum::<f64>() / weight;
+    let chi_squared: f64 = sizes.iter().map(|(y, s)| ((y - mean) / s).powi(2)).sum();
+    let ratio = if sizes.len() > 1 { (chi_squared / (sizes.len() - 1) as f64).max(1.0) } else { 1.0 };
+    Some((mean, (ratio / weight).sqrt()))
+}
