@@ -9,8 +9,8 @@ const SAME: f64 = 1e-6;
 /// Lists longer than this are kept as their sum, root mean square, first and last number.
 const LONG: usize = 8;
 /// Keys that tell when, where and by what an answer was made.
-const PROVENANCE: [&str; 9] =
-    ["path", "sha256", "modified", "gyroid_version", "options", "size_bytes", "files", "curves", "trace"];
+const PROVENANCE: [&str; 8] =
+    ["path", "sha256", "modified", "gyroid_version", "options", "size_bytes", "files", "curves"];
 
 /// A file of the repository's data folder.
 pub fn data(name: &str) -> String {
