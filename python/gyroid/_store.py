@@ -171,6 +171,7 @@ def _keep(file: str, address: str) -> None:
     """Copies a file to a place where it is there whole or not at all."""
     if _remote(address):
         system, path = _system(address)
+        system.makedirs(str(PurePosixPath(path).parent), exist_ok=True)
         system.put_file(file, path)
     else:
         shutil.copy(file, f"{address}.new")

@@ -2,7 +2,7 @@
 
 use super::row::DriveRow;
 use super::share::{Shared, shared};
-use crate::effects::Library;
+use crate::effects::{About, Library};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -59,7 +59,7 @@ pub(crate) fn over_robots(
     asked.dedup();
     let one = |id: String| {
         let about = library.driving_by_id(&id).map(|e| e.about()).or_else(|| library.by_id(&id).map(|e| e.about()))?;
-        let told = robots.iter().map(|(robot, rows)| (robot.clone(), pooled(rows, &id, about.size())));
+        let told = robots.iter().map(|(robot, rows)| (robot.clone(), pooled(rows, about)));
         let (told, untold): (Vec<_>, Vec<_>) = told.partition(|(_, size)| size.is_some());
         let sizes: Vec<(f64, f64)> = told.iter().filter_map(|(_, size)| *size).collect();
         let shared = shared(&sizes)?;
@@ -82,12 +82,25 @@ pub(crate) fn over_robots(
     asked.into_iter().filter_map(one).collect()
 }
 
-/// Size and standard deviation by all recordings of one robot.
-fn pooled(rows: &[&DriveRow], id: &str, parameter: &str) -> Option<(f64, f64)> {
+/// Whether the size of an effect that is absent is normal about zero: it has a sign, and nothing else of the effect is searched for, such as a
+/// frequency or a time, which lets every recording seem to have some of it.
+fn normal_about_zero(about: &About) -> bool {
+    let [size, others @ ..] = about.parameters else { return false };
+    size.bounds[0] < 0.0 && others.iter().all(|p| p.null.is_some())
+}
+
+/// Size and standard deviation by all recordings of one robot. Where a size without a sign, or one that was searched for, is not named, the
+/// recording tells of none that is larger.
+fn pooled(rows: &[&DriveRow], about: &About) -> Option<(f64, f64)> {
+    let normal = normal_about_zero(about);
     let of = |row: &&DriveRow| {
         let fitted = row.fitted();
-        let effect = fitted.effects.get(id)?;
-        let (size, std) = (*effect.parameters.get(parameter)?, *effect.std.get(parameter)?);
+        let effect = fitted.effects.get(about.id)?;
+        let (size, std) = (*effect.parameters.get(about.size())?, *effect.std.get(about.size())?);
+        let (size, std) = match normal || row.named().any(|id| id == about.id) {
+            true => (size, std),
+            false => (0.0, std.max(size.abs())),
+        };
         (size.is_finite() && std > 0.0 && std.is_finite()).then_some((size, std))
     };
     let sizes: Vec<(f64, f64)> = rows.iter().filter_map(of).collect();
@@ -99,4 +112,23 @@ fn pooled(rows: &[&DriveRow], id: &str, parameter: &str) -> Option<(f64, f64)> {
     let chi_squared: f64 = sizes.iter().map(|(y, s)| ((y - mean) / s).powi(2)).sum();
     let ratio = if sizes.len() > 1 { (chi_squared / (sizes.len() - 1) as f64).max(1.0) } else { 1.0 };
     Some((mean, (ratio / weight).sqrt()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::effects::drive::Driving;
+
+    #[test]
+    fn what_is_searched_for_or_has_no_sign_is_not_normal_where_it_is_absent() {
+        let library = Library::new();
+        let normal = |id: &str| {
+            let about = library.driving_by_id(id).map(Driving::about).or_else(|| library.by_id(id).map(|e| e.about()));
+            normal_about_zero(about.unwrap_or_else(|| panic!("{id}")))
+        };
+        assert!(
+            ["wheel.radius_mismatch", "vehicle.payload", "gyro.scale_factor", "gyro.rate_ramp"].into_iter().all(normal)
+        );
+        assert!(!["gyro.tone", "gyro.bias_step", "gyro.rate_random_walk", "sensor.gyro_delay"].into_iter().any(normal));
+    }
 }

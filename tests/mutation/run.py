@@ -30,13 +30,13 @@ import tree_sitter_rust
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 
-# area: its sources, the library's tests that are asked first, the test programs after them
+# area: its sources; what is asked of the program "answers" first, for it is quick and catches most; the library's tests; the programs after them
 AREAS = {
-    "fit": (["src/identify/**/*.rs"], ["identify::"], ["fit", "nist", "noise"]),
-    "validate": (["src/validate/**/*.rs", "src/math/whiteness.rs"], ["validate::", "whiteness"], ["fit"]),
-    "selection": (["src/gap/selection/**/*.rs"], ["gap::"], ["gap"]),
-    "filter": (["src/navigate/**/*.rs"], ["navigate::"], ["navigate", "no_allocation"]),
-    "exports": (["src/export/**/*.rs"], ["export::"], ["exports", "export_command"]),
+    "fit": (["src/identify/**/*.rs"], ["of_fits", "of_noise", "of_validations"], ["identify::"], ["fit", "noise"]),
+    "validate": (["src/validate/**/*.rs", "src/math/whiteness.rs"], ["of_validations", "of_fits"], ["validate::", "whiteness"], ["fit"]),
+    "selection": (["src/gap/selection/**/*.rs"], ["of_effects"], ["gap::"], ["gap"]),
+    "filter": (["src/navigate/**/*.rs"], ["of_the_filter"], ["navigate::"], ["navigate", "no_allocation"]),
+    "exports": (["src/export/**/*.rs"], ["of_exports"], ["export::"], ["export_command"]),
 }
 
 SWITCH = """//! The mutant that the environment picks.
@@ -150,7 +150,7 @@ def run(command, **more):
 def sample(tree, count, seed):
     """Mutants of each area in equal number, drawn without replacement; (area, mutant) in order. `tree` is a clean one."""
     chosen = []
-    for area, (globs, _, _) in AREAS.items():
+    for area, (globs, *_) in AREAS.items():
         files = [x for glob in globs for x in ("-f", glob)]
         done = run(["cargo", "mutants", "--list", "--json", *files], cwd=tree)
         if done.returncode:
@@ -224,8 +224,8 @@ def build(tree, env, chosen, notes):
 
 
 def stages(area, programs):
-    _, filters, names = AREAS[area]
-    return [(programs["gyroid"], filters)] + [(programs[n], []) for n in names if n in programs]
+    _, answers, library, names = AREAS[area]
+    return [(programs["answers"], answers), (programs["gyroid"], library), *((programs[name], []) for name in names)]
 
 
 def test(tree, env, program, filters, number, limit):
