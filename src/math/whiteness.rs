@@ -267,6 +267,17 @@ mod tests {
         assert!(shares[3] < 0.05 + 3.3 * (0.05f64 * 0.95 / draws as f64).sqrt() + 0.01, "{}", shares[3]);
     }
 
+    /// The band that is drawn is where the p value is 5 %: 1.358 is the 95 % point of Kolmogorov's distribution.
+    #[test]
+    fn the_band_of_the_periodogram_is_where_its_p_value_is_five_per_cent() {
+        for m in [20, 500, 30_000] {
+            let mf = f64::from(m - 1);
+            let band = kolmogorov_band95(m as usize);
+            let p_value = kolmogorov(band * (mf.sqrt() + 0.12 + 0.11 / mf.sqrt()));
+            assert!((p_value - 0.05).abs() < 1e-4, "{m}: {p_value}");
+        }
+    }
+
     #[test]
     fn too_little_or_constant_is_no_answer() {
         assert!(evaluate(&[1.0; 50], &mut Plan::new(50)).is_none());

@@ -9,8 +9,8 @@ const SAME: f64 = 1e-6;
 /// Lists longer than this are kept as their sum, root mean square, first and last number.
 const LONG: usize = 8;
 /// Keys that tell when, where and by what an answer was made.
-const PROVENANCE: [&str; 8] =
-    ["path", "sha256", "modified", "gyroid_version", "options", "size_bytes", "files", "curves"];
+const PROVENANCE: [&str; 9] =
+    ["path", "sha256", "modified", "gyroid_version", "options", "size_bytes", "files", "curves", "trace"];
 
 /// A file of the repository's data folder.
 pub fn data(name: &str) -> String {
@@ -54,10 +54,20 @@ impl<'a> Kept<'a> {
         let output = self.place.run(line);
         let text = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
         let dir = self.place.path("").display().to_string();
-        let of_today =
-            |l: &&str| !["sha256", "generated", "gyroid 0", "by gyroid", "command"].iter().any(|w| l.contains(w));
-        let lines: Vec<String> = text.lines().filter(of_today).map(|l| l.replace(&dir, "")).collect();
+        let lines: Vec<String> = text.lines().filter(|l| !of_today(l)).map(|l| l.replace(&dir, "")).collect();
         self.keep(name, json!(lines));
+    }
+
+    /// A file of JSON that a command wrote.
+    pub fn file(&mut self, name: &str, file: &str) {
+        self.keep(name, shortened(&serde_json::from_str(&self.place.read(file)).unwrap()));
+    }
+
+    /// Rows of tables, and keys with their values, of a text that a command wrote.
+    pub fn text_file(&mut self, name: &str, file: &str) {
+        let text = self.place.read(file);
+        let told = |l: &&str| l.starts_with('|') || (l.contains(" = ") && !of_today(l));
+        self.keep(name, json!(text.lines().filter(told).collect::<Vec<_>>()));
     }
 
     fn keep(&mut self, name: &str, answer: Value) {
@@ -78,6 +88,11 @@ impl<'a> Kept<'a> {
         let first: Vec<&String> = self.differ.iter().take(20).collect();
         assert!(self.differ.is_empty() && gone.is_empty(), "{} differ, {gone:?} gone: {first:#?}", self.differ.len());
     }
+}
+
+/// Whether a line says when and by what something was made.
+fn of_today(line: &str) -> bool {
+    ["sha256", "generated", "gyroid 0", "by gyroid", "command", "version", "created"].iter().any(|w| line.contains(w))
 }
 
 /// One answer a line, so that a difference shows which one changed.

@@ -51,6 +51,9 @@ fn of_fits() {
     ] {
         kept.same(name, line);
     }
+    // so long that only means over several samples are held
+    place.ok("simulate gyro.toml --duration 21000 --sample-time 0.01 --seed 7 -o long.parquet");
+    kept.same("long, read once", "fit long.parquet --memory 0 --draws 99");
     let (warm, cold) = (data("power_on.csv"), data("cats_coldsoak_a.csv"));
     kept.same("recorded", &format!("fit {warm} --latitude 44.4 --draws 99"));
     for (log, model) in [("walk", "temperature"), ("plain", "temperature")] {
@@ -100,7 +103,8 @@ fn of_noise() {
 fn of_many_logs() {
     let place = rest();
     let mut kept = Kept::of(&place, "many");
-    kept.same("fits", "fit . --accept --draws 99");
+    kept.same("fits", "fit . --accept --draws 99 --config fleet.toml");
+    kept.text_file("configuration of the fits", "fleet.toml");
     kept.same("noise", "noise . --draws 99");
     kept.end();
 }
@@ -184,11 +188,13 @@ fn of_effects() {
         kept.same(log, &format!("gap explain sim.toml --fit {log}.csv --effect {effects}"));
     }
     for log in ["plain", "walk", "coarse", "shaken"] {
-        kept.same(&format!("{log}, diagnosed"), &format!("gap diagnose sim.toml --fit {log}.csv"));
+        kept.same(&format!("{log}, diagnosed"), &format!("gap diagnose sim.toml --fit {log}.csv --why why.md --force"));
+        kept.text_file(&format!("{log}, why"), "why.md");
     }
     let [fit, hold] = ["fit", "hold"].map(|name| data(&format!("drives/rover_{name}.parquet")));
     let robot = data("truth.toml");
     kept.same("drive", &format!("gap explain {robot} --fit {fit} --effect wheel.radius_mismatch vehicle.payload"));
-    kept.same("drive, diagnosed", &format!("gap diagnose {robot} --fit {fit} --hold {hold}"));
+    kept.same("drive, diagnosed", &format!("gap diagnose {robot} --fit {fit} --hold {hold} --ranges ranges.json"));
+    kept.file("drive, ranges", "ranges.json");
     kept.end();
 }

@@ -36,7 +36,7 @@ AREAS = {
     "validate": (["src/validate/**/*.rs", "src/math/whiteness.rs"], ["of_validations", "of_fits"], ["validate::", "whiteness"], ["fit"]),
     "selection": (["src/gap/selection/**/*.rs"], ["of_effects"], ["gap::"], ["gap"]),
     "filter": (["src/navigate/**/*.rs"], ["of_the_filter"], ["navigate::"], ["navigate", "no_allocation"]),
-    "exports": (["src/export/**/*.rs"], ["of_exports"], ["export::"], ["export_command"]),
+    "exports": (["src/export/**/*.rs"], ["of_exports"], ["export::"], ["export_command", "noise", "gap"]),
 }
 
 SWITCH = """//! The mutant that the environment picks.

@@ -460,7 +460,7 @@ class GapCompare(Record):
     time_offsets: Rows[_GapDiagnoseTimeOffsets]
     cannot_tell_apart: Array
     alike: Rows[_GapDiagnoseAlike] | None
-    where: _GapDiagnoseWhere | None
+    where: _GapDiagnoseWhere
     equations: Rows[_GapCompareEquations] | None
     gap: Rows[_GapDiagnoseGap]
     navigation: _GapDiagnoseNavigation | None

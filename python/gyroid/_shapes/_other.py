@@ -114,7 +114,7 @@ class Inspect(Record):
     topic: Any
     rows: int
     columns: Rows[_InspectColumns]
-    time: _InspectTime | None
+    time: _InspectTime
     gyro: Rows[_InspectGyro]
     problems: tuple[Any, ...]
     notes: tuple[str, ...]

@@ -18,6 +18,19 @@ fn filter(config: &Config, settings: &Settings) -> RollingFilter {
 }
 
 #[test]
+fn a_start_is_known_as_it_is_stated_and_no_better_than_the_origin() {
+    let started = |std| filter(&config(), &Settings::default()).starting_at([1.0, -2.0, 0.5], std);
+    let stated = started([0.1, 0.02]);
+    assert_eq!([X, Y, HEADING].map(|i| stated.mean[i]), [1.0, -2.0, 0.5]);
+    for (std, wanted) in [([0.1, 0.02], [0.1, 0.1, 0.02]), ([0.0, 0.0], [ORIGIN_STD; 3])] {
+        let p = started(std).covariance.covariance();
+        for (i, wanted) in [X, Y, HEADING].into_iter().zip(wanted) {
+            assert!((p[(i, i)].sqrt() / wanted - 1.0).abs() < 1e-9, "{std:?}: {}", p[(i, i)].sqrt());
+        }
+    }
+}
+
+#[test]
 fn the_transition_matrix_agrees_with_differences() {
     let mut config = config();
     for scheme in Scheme::ALL {
