@@ -7,14 +7,14 @@ const REST: &str = "schema = 1\nkind = \"stationary\"\nsample_time_s = 0.2\n\
     [gyro]\nc1_rad_s = 1e-3\nc2_rad_s = -2e-3\ntime_constant_s = 120.0\nangle_random_walk_rad_sqrt_s = 1e-4\n\
     turn_on_bias_std_rad_s = 2e-4\nwarm_up_relative_std = 0.03\n";
 
-/// Four robots with a recording each: all vibrate, by amounts that differ, and the third one's bias walks.
+/// Four robots with a recording each: all vibrate, by amounts that differ, and the third one's noise is that of another gyro.
 fn fleet() -> Place {
     let place = Place::with(&[("sim.toml", REST)]);
     for (robot, amplitude) in [2.0e-4, 2.6e-4, 2.3e-4, 1.8e-4].into_iter().enumerate() {
         let mut real =
             format!("{REST}[[effect]]\nid = \"gyro.tone\"\nfrequency_hz = 0.31\namplitude_rad_s = {amplitude:e}\n");
         if robot == 2 {
-            real += "[[effect]]\nid = \"gyro.rate_random_walk\"\nrate_random_walk_rad_s_sqrt_s = 4e-5\n";
+            real += "[[effect]]\nid = \"gyro.noise_level\"\nnoise_over_nominal = 1.6\n";
         }
         place.write(&format!("real_{robot}.toml"), &real);
         std::fs::create_dir_all(place.path(&format!("fleet/robot_{robot}"))).unwrap();
@@ -38,16 +38,16 @@ fn what_all_robots_have_is_told_from_what_one_has() {
     let tone = effect(&answer, "gyro.tone");
     assert_eq!((&tone["reach"], &tone["units"].as_array().unwrap().len()), (&"common".into(), &4));
     assert!(tone["shared"]["all"].as_f64().unwrap() > 0.9, "{tone}");
-    let walk = effect(&answer, "gyro.rate_random_walk");
-    assert_eq!(walk["reach"], "some", "{walk}");
+    let noise = effect(&answer, "gyro.noise_level");
+    assert_eq!((&noise["reach"], &noise["parameter"]), (&"some".into(), &"noise_over_nominal".into()), "{noise}");
     let has = |unit: &Value| unit["probability"].as_f64().unwrap() > 0.5;
-    let have: Vec<bool> = walk["shared"]["units"].as_array().unwrap().iter().map(has).collect();
-    assert_eq!(have, [false, false, true, false], "{walk}");
+    let have: Vec<bool> = noise["shared"]["units"].as_array().unwrap().iter().map(has).collect();
+    assert_eq!(have, [false, false, true, false], "{noise}");
     assert!(text.contains("common to all 4 robots") && text.contains("in 1 of 4 robots: fleet/robot_2"), "{text}");
     assert!(text.contains("torn.csv") && text.contains("error:"), "{text}");
 
     // parts, in two rounds, make the table of one run
-    let again = " --resume --effect gyro.rate_random_walk gyro.tone";
+    let again = " --resume --effect gyro.noise_level gyro.tone";
     for round in ["", again] {
         for part in 1..=2 {
             place.run(&format!("gap fleet sim.toml fleet --shard {part}/2 --results part_{part}.parquet{round}"));
