@@ -107,7 +107,7 @@ impl ManyArgs {
 pub(super) struct Table<'a, R> {
     saved: Option<Saved<R>>,
     /// Rows of an earlier run.
-    pub known: Vec<R>,
+    known: Vec<R>,
     progress: Progress<'a>,
 }
 
@@ -119,8 +119,8 @@ impl<'a, R: Record> Table<'a, R> {
         rows: Option<usize>,
         doing: &'static str,
     ) -> Result<Self> {
-        let mut saved = many.results.clone().map(|path| Saved::claim(path, many.resume)).transpose()?;
-        let known = saved.as_mut().map(|s| std::mem::take(&mut s.known)).unwrap_or_default();
+        let claimed = many.results.clone().map(|path| Saved::claim(path, many.resume)).transpose()?;
+        let (saved, known) = claimed.map_or_else(Default::default, |(saved, known)| (Some(saved), known));
         Ok(Self { saved, known, progress: Progress::new(working, rows, doing) })
     }
 
@@ -151,7 +151,7 @@ impl<'a, R: Record> Table<'a, R> {
 
 /// Refuses rows that are all errors: the first says what is wrong. Those of a part are but some of the logs.
 pub(super) fn refuse_failed<R: Record>(rows: &[R], shard: Option<Shard>, done: &str) -> Result<()> {
-    let failed = rows.iter().filter(|r| r.source().error.is_some()).count();
+    let failed = population::failed(rows);
     if failed == 0 || failed < rows.len() || shard.is_some() {
         return Ok(());
     }
@@ -172,19 +172,17 @@ pub(super) fn rows_of(settings: &Settings, logs: usize) -> Option<usize> {
 /// A file of results, saved now and then, so that little is lost when the work is broken off.
 struct Saved<R> {
     path: PathBuf,
-    /// Rows of an earlier run.
-    known: Vec<R>,
     rows: Vec<R>,
     saved: Instant,
 }
 
 impl<R: Record> Saved<R> {
-    /// Checks that the file can be written, and reads the rows that it holds if the work is to be resumed.
-    fn claim(path: PathBuf, resume: bool) -> Result<Self> {
+    /// Checks that the file can be written, and returns the rows that it holds if the work is to be resumed.
+    fn claim(path: PathBuf, resume: bool) -> Result<(Self, Vec<R>)> {
         results::Format::of(&path)?;
         drop(OutputFile::claim(&path)?);
         let known = if resume && path.exists() { results::read(&path)? } else { Vec::new() };
-        Ok(Self { path, rows: known.clone(), known, saved: Instant::now() })
+        Ok((Self { path, rows: known.clone(), saved: Instant::now() }, known))
     }
 
     /// Adds a row, in place of an earlier one of the same log, topic and axis.

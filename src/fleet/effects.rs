@@ -1,10 +1,10 @@
 //! The effects over the robots of a fleet.
 
-use super::row::DriveRow;
+use super::row::{DriveRow, Fitted};
 use super::share::{Shared, shared};
 use crate::effects::{About, Library, Parameter};
 use serde::Serialize;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// An effect over the robots.
 #[derive(Debug, Clone, PartialEq, Serialize)]
@@ -48,15 +48,13 @@ pub(crate) fn over_robots(
     unit: &dyn Fn(&DriveRow) -> Option<String>,
     library: &Library,
 ) -> Vec<FleetEffect> {
-    let mut robots: BTreeMap<String, Vec<&DriveRow>> = BTreeMap::new();
+    let mut robots: BTreeMap<String, Vec<(&DriveRow, Fitted)>> = BTreeMap::new();
     for row in rows.iter().filter(|r| r.source.error.is_none()) {
         if let Some(robot) = unit(row) {
-            robots.entry(robot).or_default().push(row);
+            robots.entry(robot).or_default().push((row, row.fitted()));
         }
     }
-    let mut asked: Vec<String> = rows.iter().flat_map(|r| r.fitted().asked).collect();
-    asked.sort();
-    asked.dedup();
+    let asked: BTreeSet<String> = robots.values().flatten().flat_map(|(_, f)| f.asked.iter().cloned()).collect();
     let one = |id: String| {
         let about = library.driving_by_id(&id).map(|e| e.about()).or_else(|| library.by_id(&id).map(|e| e.about()))?;
         let (size, null) = size(about)?;
@@ -97,10 +95,9 @@ fn normal_about_null(about: &About) -> bool {
 
 /// Size above the null and standard deviation by all recordings of one robot. Where a size without a sign, or one that was searched for, is not named, the
 /// recording tells of none that is larger.
-fn pooled(rows: &[&DriveRow], about: &About, size: &Parameter, null: f64) -> Option<(f64, f64)> {
+fn pooled(rows: &[(&DriveRow, Fitted)], about: &About, size: &Parameter, null: f64) -> Option<(f64, f64)> {
     let normal = normal_about_null(about);
-    let of = |row: &&DriveRow| {
-        let fitted = row.fitted();
+    let of = |(row, fitted): &(&DriveRow, Fitted)| {
         let effect = fitted.effects.get(about.id)?;
         let (size, std) = (effect.parameters.get(size.name)? - null, *effect.std.get(size.name)?);
         let (size, std) = match normal || row.named().any(|id| id == about.id) {

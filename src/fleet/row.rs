@@ -1,6 +1,7 @@
 //! One recording as a row: its diagnosis, and the sizes of the effects that are asked about.
 
 use crate::effects::Parameters;
+use crate::error::Result;
 use crate::gap::{Answer, Explanations, Verdict};
 use crate::population::{Kind, Record, Source};
 use serde::{Deserialize, Serialize};
@@ -33,7 +34,7 @@ pub(crate) struct DriveRow {
     pub effects: Option<String>,
     /// Effects that were fitted together, whether they are named or not: `{"asked": […], "effects": {"wheel.slip": {…}}}`.
     pub fitted: Option<String>,
-    /// What the reader decided, and what the diagnosis notes, joined by `; `.
+    /// Notes of the reader and of the diagnosis, joined by `; `.
     pub notes: Option<String>,
 }
 
@@ -94,9 +95,17 @@ impl DriveRow {
         self.notes = (!notes.is_empty()).then(|| notes.join("; "));
     }
 
-    /// Keeps what was fitted of `asked`.
-    pub(super) fn keep(&mut self, asked: &[String], found: &Explanations) {
-        let effects = found.effects.iter().map(|e| {
+    /// Keeps the fit of `asked`, or why there is none.
+    pub(super) fn keep(&mut self, asked: &[String], found: Result<Explanations>) {
+        let found = found.map_or_else(
+            |why| {
+                let notes = self.notes.iter().cloned().chain([format!("{} are not fitted: {why}", asked.join(", "))]);
+                self.notes = Some(notes.collect::<Vec<_>>().join("; "));
+                Vec::new()
+            },
+            |found| found.effects,
+        );
+        let effects = found.iter().map(|e| {
             let parameters = e.parameters.iter().map(|(name, p)| (name.clone(), p.estimate)).collect();
             let std = e.parameters.iter().map(|(name, p)| (name.clone(), p.std)).collect();
             (e.id.clone(), FittedEffect { gain_nats: e.gain_nats, parameters, std })
@@ -105,7 +114,7 @@ impl DriveRow {
         self.fitted = Some(json!(fitted).to_string());
     }
 
-    /// What was fitted; nothing where nothing was asked for.
+    /// The fit; empty where nothing was asked for.
     #[must_use]
     pub(crate) fn fitted(&self) -> Fitted {
         self.fitted.as_deref().and_then(|text| serde_json::from_str(text).ok()).unwrap_or_default()

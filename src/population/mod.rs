@@ -35,7 +35,7 @@ pub(crate) use noise_row::{NoisePopulation, NoiseRow, NoiseTerms, noise_populati
 pub(crate) use row::Row;
 pub(crate) use run::{Settings, Topics, analyse_all};
 pub(crate) use shard::Shard;
-pub(crate) use source::{Kind, Record, Source};
+pub(crate) use source::{Kind, Record, Source, failed};
 pub(crate) use statistics::{Options, Parameter, Population};
 pub(crate) use track::{Standing, Tracked, TrackedParameter, track};
 pub(crate) use warm_up::WarmUp;

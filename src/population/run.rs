@@ -75,7 +75,7 @@ impl Settings {
     }
 }
 
-/// What is made of a log at rest: a row.
+/// The work on a log at rest, which makes a row.
 pub(crate) trait Analysis: Sync {
     type Row: Record;
 

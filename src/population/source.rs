@@ -1,4 +1,4 @@
-//! What a row of results is from, and what rows of any command have in common.
+//! The origin of a row of results, and the traits that rows of any command share.
 
 use crate::error::Error;
 use crate::ingest::{Clock, DATES_S, GyroRecording};
@@ -7,7 +7,7 @@ use serde::de::DeserializeOwned;
 use serde::{Deserialize, Serialize};
 use std::path::Path;
 
-/// What a row is from: the log, how it was read, and why there is no result.
+/// The origin of a row: the log, how it was read, and why there is no result.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub(crate) struct Source {
     /// Path as it was given, or found in a folder that was.
@@ -61,7 +61,7 @@ impl Source {
         self.started = started(&recording.clock).map(|t| t.to_string());
     }
 
-    /// What makes two rows rows of one log: the bytes of its file (of one that could not be read, its path), topic and axis.
+    /// The same for two rows of one log, and for no others: the bytes of its file (of one that could not be read, its path), topic and axis.
     pub(crate) fn key(&self) -> (String, Option<String>, String) {
         let log = if self.sha256.is_empty() { &self.path } else { &self.sha256 };
         (log.clone(), self.topic.clone(), self.axis.clone())
@@ -128,4 +128,10 @@ pub(crate) trait Record: Clone + Default + Serialize + DeserializeOwned + Send +
             n => Self::TYPES.iter().find(|(column, _)| *column == n).map_or(Kind::Number, |(_, kind)| *kind),
         }
     }
+}
+
+/// Rows of which nothing could be made.
+#[must_use]
+pub(crate) fn failed<R: Record>(rows: &[R]) -> usize {
+    rows.iter().filter(|r| r.source().error.is_some()).count()
 }

@@ -1,8 +1,9 @@
 //! The report of the drives of many robots: a line a drive, then each effect over the robots.
 
 use super::numbers::{known_digits, significant};
-use super::population::{ending, on_one_line};
+use super::population::{NAME, ending, on_one_line, taken};
 use crate::fleet::{DriveRow, FleetEffect, HAS, Reach};
+use crate::population::failed;
 use serde_json::{Value, json};
 use std::fmt::Write;
 
@@ -18,8 +19,6 @@ pub(crate) struct FleetReport {
     pub resumed: usize,
 }
 
-/// Names longer than this lose their beginning, which recordings of a folder share.
-const NAME: usize = 48;
 /// Robots that are named in a line.
 const NAMED: usize = 8;
 
@@ -27,7 +26,7 @@ impl FleetReport {
     /// Rows without a diagnosis.
     #[must_use]
     pub(crate) fn failed(&self) -> usize {
-        self.rows.iter().filter(|r| r.source.error.is_some()).count()
+        failed(&self.rows)
     }
 
     /// The page for a terminal.
@@ -50,7 +49,7 @@ impl FleetReport {
             let all: Vec<&str> = [main.as_str()].into_iter().filter(|m| !m.is_empty()).chain(others).collect();
             let _ = writeln!(out, "{name:<width$}  {:<11}  {}", verdict, all.join(", "));
         }
-        let taken = if self.resumed > 0 { format!(", {} taken from the results", self.resumed) } else { String::new() };
+        let taken = taken(self.resumed);
         let _ = writeln!(out, "\n{} diagnosed{taken}; {} failed", self.fitted, self.failed());
         for effect in &self.effects {
             effect_text(effect, self.rows.len(), &mut out);

@@ -1,9 +1,9 @@
 //! The report of the noise of many logs: a line a log, gyro and axis, then what they have in common.
 
 use super::numbers::{known_digits, significant};
-use super::population::{ending, equals, on_one_line, percent, percents};
+use super::population::{NAME, ending, equals, on_one_line, percent, percents, taken};
 use crate::noise::TermKind;
-use crate::population::{NoisePopulation, NoiseRow, noise_populations};
+use crate::population::{NoisePopulation, NoiseRow, failed, noise_populations};
 use serde_json::{Value, json};
 use std::fmt::Write;
 
@@ -18,8 +18,6 @@ pub(crate) struct NoiseTableReport {
     pub resumed: usize,
 }
 
-/// Names longer than this lose their beginning, which logs of a folder share.
-const NAME: usize = 48;
 /// Terms with a column of their own.
 const SHOWN: [TermKind; 4] =
     [TermKind::Quantization, TermKind::AngleRandomWalk, TermKind::BiasInstability, TermKind::RateRandomWalk];
@@ -28,7 +26,7 @@ impl NoiseTableReport {
     /// Rows without a result.
     #[must_use]
     pub(crate) fn failed(&self) -> usize {
-        self.rows.iter().filter(|r| r.source.error.is_some()).count()
+        failed(&self.rows)
     }
 
     /// The page for a terminal.
@@ -43,7 +41,7 @@ impl NoiseTableReport {
         for row in &self.rows {
             row_text(row, width, &mut out);
         }
-        let taken = if self.resumed > 0 { format!(", {} taken from the results", self.resumed) } else { String::new() };
+        let taken = taken(self.resumed);
         let _ = writeln!(out, "\n{} read{taken}; {} failed", self.fitted, self.failed());
         for population in noise_populations(&self.rows).iter().filter(|p| p.logs > 1) {
             population_text(population, &mut out);

@@ -1,7 +1,7 @@
 //! The report of many logs: a line a log, gyro and axis, then what they have in common.
 
 use super::numbers::{known_digits, probability, significant};
-use crate::population::{Parameter, Population, Row};
+use crate::population::{Parameter, Population, Row, failed};
 use serde_json::{Value, json};
 use std::fmt::Write;
 
@@ -19,13 +19,13 @@ pub(crate) struct PopulationReport {
 }
 
 /// Names longer than this lose their beginning, which logs of a folder share.
-const NAME: usize = 48;
+pub(super) const NAME: usize = 48;
 
 impl PopulationReport {
     /// Rows without a fit.
     #[must_use]
     pub(crate) fn failed(&self) -> usize {
-        self.rows.iter().filter(|r| r.source.error.is_some()).count()
+        failed(&self.rows)
     }
 
     /// The page for a terminal.
@@ -45,7 +45,7 @@ impl PopulationReport {
         for row in &self.rows {
             row_text(row, width, topic_width, &mut out);
         }
-        let taken = if self.resumed > 0 { format!(", {} taken from the results", self.resumed) } else { String::new() };
+        let taken = taken(self.resumed);
         let _ = writeln!(out, "\n{} read{taken}; {} failed", self.fitted, self.failed());
         if let Some(earth) = self.rows.iter().find_map(|r| r.earth_rate_rad_s) {
             let _ = writeln!(
@@ -193,6 +193,11 @@ pub(super) fn percents([low, high]: [f64; 2]) -> String {
 
 pub(super) fn equals(p: f64) -> String {
     super::numbers::equals(&probability(p))
+}
+
+/// How many rows came from earlier results.
+pub(super) fn taken(resumed: usize) -> String {
+    if resumed > 0 { format!(", {resumed} taken from the results") } else { String::new() }
 }
 
 /// The last `width` characters of a path.

@@ -6,6 +6,8 @@ use std::path::{Path, PathBuf};
 
 /// Relative difference up to which numbers are the same.
 const SAME: f64 = 1e-6;
+/// Below that a number is what rounding leaves of zero.
+const ZERO: f64 = 1e-21;
 /// Lists longer than this are kept as their sum, root mean square, first and last number.
 const LONG: usize = 8;
 /// Keys that tell when, where and by what an answer was made.
@@ -140,8 +142,7 @@ fn differences(was: &Value, is: &Value, at: &str, out: &mut Vec<String>) {
         }
         (Value::Number(a), Value::Number(b)) => {
             let [a, b] = [a, b].map(|n| n.as_f64().unwrap_or(f64::NAN));
-            // below that a number is what rounding leaves of zero
-            if (a - b).abs() > SAME * a.abs().max(b.abs()) + 1e-15 * f64::from(u8::from(a.abs() < 1e-9)) * 1e-6 {
+            if (a - b).abs() > SAME * a.abs().max(b.abs()) + ZERO {
                 out.push(format!("{at}: {a} became {b}"));
             }
         }

@@ -57,6 +57,15 @@ fn what_all_robots_have_is_told_from_what_one_has() {
     }
     let [all, one] = ["all.parquet", "one.parquet"].map(|name| std::fs::read(place.path(name)).unwrap());
     assert!(all == one);
+    // an effect that a recording cannot show costs it no diagnosis
+    let text = place.ok("gap fleet sim.toml fleet/robot_0 --effect gyro.temperature_sensitivity --json none.json");
+    let none: Value = serde_json::from_str(&place.read("none.json")).unwrap();
+    let row = &none["rows"][0];
+    assert!(
+        row["verdict"] == "identified" && row["error"].is_null() && none["effects"] == Value::Array(vec![]),
+        "{text}"
+    );
+    assert!(row["notes"].as_str().unwrap().contains("gyro.temperature_sensitivity are not fitted"), "{row}");
     // a table of another simulator is not gone on with
     place.write("other.toml", &REST.replace("120.0", "90.0"));
     place.run("gap fleet other.toml fleet --shard 1/2 --results other.parquet");

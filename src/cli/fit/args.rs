@@ -84,7 +84,7 @@ pub(crate) struct FitArgs {
     pub columns: ColumnArgs,
 }
 
-/// What is made of the population of many logs.
+/// Options for the population of many logs.
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = MANY_LOGS)]
 pub(crate) struct PopulationArgs {
