@@ -1,10 +1,10 @@
-"""Fits of a fleet's logs on a local Dask cluster, one of whose workers is killed on the way, against one process.
+"""A fleet's logs on a local Dask cluster, one of whose workers is killed on the way, against one process.
 
-    python examples/fleet.py --out DIR [--logs 5000] [--workers 2] [--parts 50]
+    python examples/fleet.py --out DIR [--command fit|noise|diagnose] [--logs 5000] [--workers 2] [--parts 50]
 
-Makes the logs in DIR/logs, a tenth of them damaged, fits them by one process and by the cluster, and compares the tables byte by byte.
-Prints both times, what a million logs would take by these figures, and how many tasks a second the scheduler hands out. Needs gyroid,
-distributed, numpy.
+Makes the logs in DIR/COMMAND, a tenth of them damaged, has them fitted, or their noise estimated, or their gap diagnosed, by one process
+and by the cluster, and compares the tables byte by byte. Prints both times, what a million logs would take by these figures, and how
+many tasks a second the scheduler hands out. Needs gyroid, distributed, numpy.
 """
 
 import argparse
@@ -22,16 +22,58 @@ from distributed import Client, LocalCluster
 
 import gyroid.fleet
 
-OPTIONS = ["--accept", "--draws", "99"]
+OPTIONS = {"fit": ["--accept", "--draws", "99"], "noise": ["--draws", "99"], "diagnose": []}
 DAMAGED = 10  # every so many
+NOMINAL = """schema = 1
+kind = "driving"
+sample_time_s = 0.02
+[gyro]
+c1_rad_s = -2.4e-3
+c2_rad_s = 8e-3
+time_constant_s = 240.0
+angle_random_walk_rad_sqrt_s = 1.5e-4
+[vehicle]
+mass_kg = 9.5
+yaw_inertia_kg_m2 = 0.21
+half_track_m = 0.17
+wheel_radius_m = 0.05
+wheel_inertia_kg_m2 = 0.0008
+viscous_friction_n_m_s = 0.0006
+torque_noise_n_m_sqrt_s = 0.0004
+[encoder]
+speed_noise_std_rad_s = 0.02
+[pose]
+rate_hz = 5.0
+position_std_m = 0.002
+heading_std_rad = 0.002
+"""
 
 
-def make(folder, logs):
+def program():
+    return Path(sysconfig.get_path("scripts")) / "gyroid"
+
+
+def make_drives(folder, logs):
+    """Drives of 10 s by the simulator, two of each robot, whose right wheel is larger by 1.8 to 2.2 %; and the nominal simulator."""
+    folder.mkdir(parents=True)
+    (folder / "sim.toml").write_text(NOMINAL)
+    for k in range(logs):
+        ratio = 0.02 + 0.001 * np.random.default_rng(k // 2).normal()
+        robot, place = folder / "robot.toml", folder / "logs" / f"robot_{k // 2:05}" / f"{k % 2}.csv"
+        robot.write_text(f'{NOMINAL}[[effect]]\nid = "wheel.radius_mismatch"\nright_over_left_minus_one = {ratio}\n')
+        place.parent.mkdir(parents=True, exist_ok=True)
+        course = ["--course", "random", "--duration", "10", "--seed", str(k)]
+        subprocess.run([program(), "simulate", robot, *course, "-o", place, "--quiet"], check=True)
+        if k % DAMAGED == DAMAGED - 1:
+            place.write_text(place.read_text()[:500] + "#\n")
+
+
+def make_logs(folder, logs):
     """Logs of 300 s at 2 Hz, twenty of each robot, from a gyro that is another at each power-on."""
     t_s = np.arange(0.0, 300.0, 0.5)
     for k in range(logs):
         rng = np.random.default_rng(k)
-        place = folder / f"robot_{k // 20:05}" / f"{k % 20:02}.csv"
+        place = folder / "logs" / f"robot_{k // 20:05}" / f"{k % 20:02}.csv"
         place.parent.mkdir(parents=True, exist_ok=True)
         c1, c2, tau = 2e-3 + 1e-4 * rng.normal(), -5e-3 + 2e-4 * rng.normal(), 40 * np.exp(0.05 * rng.normal())
         rate = c2 + c1 * (1 - np.exp(-t_s / tau)) + 3e-4 * rng.normal(size=t_s.size)
@@ -56,24 +98,29 @@ def kill(client, folder):
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--out", type=Path, required=True)
+    parser.add_argument("--command", choices=OPTIONS, default="fit")
     parser.add_argument("--logs", type=int, default=5000)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--parts", type=int, default=50)
     options = parser.parse_args()
-    logs, one, many = (options.out / name for name in ("logs", "one.parquet", "many.parquet"))
+    place, asked = options.out / options.command, OPTIONS[options.command]
+    logs, one, many = (place / name for name in ("logs", "one.parquet", "many.parquet"))
+    drives = options.command == "diagnose"
     if not logs.exists():
-        make(logs, options.logs)
-    program = Path(sysconfig.get_path("scripts")) / "gyroid"
+        (make_drives if drives else make_logs)(place, options.logs)
+    words = ["gap", "fleet", place / "sim.toml"] if drives else [options.command]
     begin = time.perf_counter()
-    subprocess.run([program, "fit", logs, *OPTIONS, "--jobs", "1", "--results", one, "--quiet", "--force"], check=False)
+    subprocess.run([program(), *words, logs, *asked, "--jobs", "1", "--results", one, "--quiet", "--force"], check=False)
     alone_s = time.perf_counter() - begin
-    shutil.rmtree(options.out / f".{many.name}.parts", ignore_errors=True)
+    shutil.rmtree(place / f".{many.name}.parts", ignore_errors=True)
     cluster = LocalCluster(n_workers=options.workers, threads_per_worker=1, dashboard_address=None)
     with cluster, Client(cluster) as client:
         client.wait_for_workers(options.workers)
-        thread, pid = kill(client, options.out / f".{many.name}.parts")
+        thread, pid = kill(client, place / f".{many.name}.parts")
         begin = time.perf_counter()
-        found = gyroid.fleet.fit(client, [logs], many, parts=options.parts, options=[*OPTIONS, "--jobs", "1"])
+        before = [place / "sim.toml"] if drives else []
+        work = getattr(gyroid.fleet, options.command)
+        found = work(client, *before, [logs], many, parts=options.parts, options=[*asked, "--jobs", "1"])
         cluster_s = time.perf_counter() - begin
         thread.join()
         begin = time.perf_counter()

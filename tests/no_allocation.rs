@@ -95,7 +95,7 @@ fn a_live_correction_allocates_nothing() {
     let text = TEXT.replace("[vehicle]", &format!("{table}[vehicle]"));
     let config = Config::parse(&text, "robot.toml").unwrap();
     for (wheels, temperature) in [(true, false), (false, false), (true, true)] {
-        let settings = Live { wheels, temperature, extrapolate: false };
+        let settings = Live { wheels, temperature, ..Live::default() };
         let (mut corrector, _) = Corrector::new(&config, settings, &Start::default()).unwrap();
         assert_eq!(allocations(|| correct(&mut corrector, wheels)), 0, "{settings:?}");
         assert!(corrector.blocks()[0] > 5, "{settings:?} {:?}", corrector.blocks());

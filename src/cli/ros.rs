@@ -19,8 +19,9 @@ use std::time::Duration;
 ///
 /// It subscribes sensor_msgs/Imu, subtracts the configuration's e(t) and what rest has taught of its deviation, and publishes the
 /// message with the rate about one axis corrected and its variance filled in. ~/bias has the bias with its variance, /diagnostics
-/// NIS and what arrives. It learns while the wheels stand (--joints), or, without wheels, while the rate is no more than the stated
-/// white noise. All topics are BEST_EFFORT but /diagnostics. It reads CONFIG again when the file changes, and on SIGHUP.
+/// NIS and what arrives. It learns while the wheels stand (--joints or --odometry), or, without wheels, while the rate is no more
+/// than the stated white noise. All topics are BEST_EFFORT but /diagnostics. It reads CONFIG again when the file changes, and on
+/// SIGHUP. ros2 param set changes config, extrapolate and learn while it runs.
 ///
 /// It runs until SIGINT or SIGTERM.
 #[derive(Debug, Args)]
@@ -42,6 +43,9 @@ pub(crate) struct RosArgs {
     /// Topic of sensor_msgs/JointState that has the wheels [default: none, the rate itself tells rest]
     #[arg(long, value_name = "TOPIC")]
     joints: Option<String>,
+    /// Topic of nav_msgs/Odometry by wheels alone, where there are no joint states
+    #[arg(long, value_name = "TOPIC", conflicts_with = "joints")]
+    odometry: Option<String>,
     /// Joints that are wheels [default: all]
     #[arg(long, value_name = "JOINT", value_delimiter = ',', requires = "joints")]
     wheels: Vec<String>,
@@ -72,6 +76,9 @@ pub(crate) struct RosArgs {
     /// Correct also outside the span that CONFIG was fitted on, where readings else pass through
     #[arg(long)]
     extrapolate: bool,
+    /// Learn nothing at rest: the bias is that of CONFIG
+    #[arg(long)]
+    no_learn: bool,
     /// Record what arrives and what is published to this MCAP file, which must not be there yet
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
@@ -126,6 +133,7 @@ impl RosArgs {
             topics: Topics {
                 imu: self.imu.clone(),
                 joints: self.joints.clone(),
+                odometry: self.odometry.clone(),
                 temperature: self.temperature.clone(),
                 out: self.out.clone(),
             },
@@ -139,6 +147,7 @@ impl RosArgs {
             namespace: self.namespace.clone(),
             domain: domain(self.domain)?,
             extrapolate: self.extrapolate,
+            learn: !self.no_learn,
             since_power_on_s: self.start_offset,
             state: self.state.clone(),
             power_cut: self.power_cut,

@@ -23,6 +23,8 @@ pub struct Settings {
     pub temperature: bool,
     /// Correct also outside the configuration's `[validation]`; else the reading passes through there.
     pub extrapolate: bool,
+    /// Rest teaches nothing: the bias is that of the configuration, and what was learnt before.
+    pub no_learning: bool,
 }
 
 /// Knowledge at the first sample.
@@ -270,11 +272,15 @@ impl Corrector {
         Saved::new(ages_s, self.clock.stamp_ns(), [boot_id, &self.configuration_sha256], filter.saved())
     }
 
-    /// Takes the place of `before`: what was last read goes on.
+    /// Takes the place of `before`: what was last read goes on, and of the same configuration what was counted too.
     #[must_use]
     pub fn in_place_of(mut self, before: Option<&Self>) -> Self {
         if let Some(before) = before {
             (self.temperature, self.wheels) = (before.temperature, before.wheels);
+            if before.configuration_sha256 == self.configuration_sha256 {
+                self.nis = before.nis;
+                (self.learnt, self.refused, self.at_rest) = (before.learnt, before.refused, before.at_rest);
+            }
         }
         self
     }
@@ -307,7 +313,8 @@ impl Corrector {
             self.refused += u64::from(steady && !as_predicted(found.nis));
             steady && as_predicted(found.nis)
         };
-        if let Some(before) = self.pending.take().filter(|before| rests && before.after_rest) {
+        let learns = rests && !self.settings.no_learning;
+        if let Some(before) = self.pending.take().filter(|before| learns && before.after_rest) {
             self.filter.predict((before.middle_s - self.filter_s).max(0.0));
             self.filter_s = self.filter_s.max(before.middle_s);
             let rate = before.block.mean_rad_s;

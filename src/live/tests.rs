@@ -151,6 +151,31 @@ fn what_is_no_number_passes_through_and_teaches_nothing() {
 }
 
 #[test]
+fn learning_is_switched_off_and_on_and_what_was_learnt_stays() {
+    let config = config("");
+    let settings = |no_learning| Settings { wheels: true, no_learning, ..Settings::default() };
+    let mut corrector = begun(&config, settings(true), &Start::default());
+    let (mut gyro, mut learnt) = (Gyro::new(3), Vec::new());
+    for k in 1..=2400_u32 {
+        let t = STEP_S * f64::from(k);
+        corrector.wheels(true, t);
+        let _ = corrector.sample(ns(t), t, gyro.read(t, 0.0));
+        if k % 800 == 0 {
+            learnt.push((corrector.blocks()[0], corrector.saved("boot").state));
+            let (stamp_ns, arrival_s) = corrector.last_sample();
+            let saved = corrector.saved("boot");
+            let start = Start { stamp_ns, arrival_s, saved: Some(&saved), boot_id: "boot", ..Start::default() };
+            corrector = begun(&config, settings(k != 800), &start).in_place_of(Some(&corrector));
+        }
+    }
+    let [(none, _), (some, taught), (no_more, kept)] = learnt.try_into().unwrap();
+    assert!(none == 0 && some > 20 && no_more == some, "{none} {some} {no_more}");
+    // the error itself goes on by the model; its asymptote and time constant are as they were taught
+    assert_eq!(taught[1..], kept[1..]);
+    assert!(corrector.nis().is_some());
+}
+
+#[test]
 fn a_turn_with_standing_wheels_is_no_rest() {
     let config = config("");
     let mut corrector = begun(&config, Settings { wheels: true, ..Settings::default() }, &Start::default());

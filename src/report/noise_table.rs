@@ -1,7 +1,7 @@
 //! The report of the noise of many logs: a line a log, gyro and axis, then what they have in common.
 
 use super::numbers::{known_digits, significant};
-use super::population::{NAME, ending, equals, on_one_line, percent, percents, taken};
+use super::population::{Names, equals, on_one_line, percent, percents, taken};
 use crate::noise::TermKind;
 use crate::population::{NoisePopulation, NoiseRow, failed, noise_populations};
 use serde_json::{Value, json};
@@ -33,13 +33,13 @@ impl NoiseTableReport {
     #[must_use]
     pub(crate) fn text(&self) -> String {
         let mut out = String::new();
-        let width = self.rows.iter().map(|r| r.source.path.chars().count()).max().unwrap_or(0).clamp(3, NAME);
+        let names = Names::new(self.rows.iter().map(|r| &r.source));
         let heads: Vec<String> =
             SHOWN.iter().map(|k| format!("{:>12}", format!("{} {}", k.symbol(), short(*k)))).collect();
         // writing to a String cannot fail
-        let _ = writeln!(out, "{:<width$}  axis  {}  terms    verdict", "log", heads.join("  "));
+        let _ = writeln!(out, "{}  {}  terms    verdict", names.head(), heads.join("  "));
         for row in &self.rows {
-            row_text(row, width, &mut out);
+            row_text(row, &names, &mut out);
         }
         let taken = taken(self.resumed);
         let _ = writeln!(out, "\n{} read{taken}; {} failed", self.fitted, self.failed());
@@ -74,11 +74,10 @@ fn short(kind: TermKind) -> &'static str {
     }
 }
 
-fn row_text(row: &NoiseRow, width: usize, out: &mut String) {
-    let name = ending(&row.source.path, width);
-    let axis = &row.source.axis;
+fn row_text(row: &NoiseRow, names: &Names, out: &mut String) {
+    let name = names.of(&row.source);
     if let Some(error) = &row.source.error {
-        let _ = writeln!(out, "{name:<width$}  {axis:<4}  error: {}", on_one_line(error));
+        let _ = writeln!(out, "{name}  error: {}", on_one_line(error));
         return;
     }
     let cell = |kind: &TermKind| -> String {
@@ -92,12 +91,7 @@ fn row_text(row: &NoiseRow, width: usize, out: &mut String) {
     };
     let cells: Vec<String> = SHOWN.iter().map(cell).collect();
     let verdict = if row.fits == Some(true) { "fits" } else { "terms do not explain it" };
-    let _ = writeln!(
-        out,
-        "{name:<width$}  {axis:<4}  {}  {:<7}  {verdict}",
-        cells.join("  "),
-        row.terms.as_deref().unwrap_or_default()
-    );
+    let _ = writeln!(out, "{name}  {}  {:<7}  {verdict}", cells.join("  "), row.terms.as_deref().unwrap_or_default());
 }
 
 fn population_text(p: &NoisePopulation, out: &mut String) {

@@ -1,7 +1,7 @@
 //! The report of many logs: a line a log, gyro and axis, then what they have in common.
 
 use super::numbers::{known_digits, probability, significant};
-use crate::population::{Parameter, Population, Row, failed};
+use crate::population::{Parameter, Population, Row, Source, failed};
 use serde_json::{Value, json};
 use std::fmt::Write;
 
@@ -32,18 +32,21 @@ impl PopulationReport {
     #[must_use]
     pub(crate) fn text(&self) -> String {
         let mut out = String::new();
-        let width = self.rows.iter().map(|r| r.source.path.chars().count()).max().unwrap_or(0).clamp(3, NAME);
-        let topic_width = self.rows.iter().filter_map(|r| r.source.topic.as_ref()).map(|t| t.chars().count()).max();
-        let topic_width = topic_width.map(|w| w.clamp(5, NAME));
-        let topics = topic_width.map_or(String::new(), |w| format!("{:<w$}  ", "topic"));
+        let names = Names::new(self.rows.iter().map(|r| &r.source));
         // writing to a String cannot fail
         let _ = writeln!(
             out,
-            "{:<width$}  {topics}axis  {:>12} {:>9}  {:>12} {:>9}  {:>9} {:>8}  verdict",
-            "log", "C1 rad/s", "std", "C2 rad/s", "std", "T s", "std"
+            "{}  {:>12} {:>9}  {:>12} {:>9}  {:>9} {:>8}  verdict",
+            names.head(),
+            "C1 rad/s",
+            "std",
+            "C2 rad/s",
+            "std",
+            "T s",
+            "std"
         );
         for row in &self.rows {
-            row_text(row, width, topic_width, &mut out);
+            row_text(row, &names, &mut out);
         }
         let taken = taken(self.resumed);
         let _ = writeln!(out, "\n{} read{taken}; {} failed", self.fitted, self.failed());
@@ -129,12 +132,10 @@ impl PopulationReport {
     }
 }
 
-fn row_text(row: &Row, width: usize, topic_width: Option<usize>, out: &mut String) {
-    let name = ending(&row.source.path, width);
-    let topic = topic_width
-        .map_or(String::new(), |w| format!("{:<w$}  ", row.source.topic.as_ref().map_or("-".into(), |t| ending(t, w))));
+fn row_text(row: &Row, names: &Names, out: &mut String) {
+    let name = names.of(&row.source);
     if let Some(error) = &row.source.error {
-        let _ = writeln!(out, "{name:<width$}  {topic}{:<4}  error: {}", row.source.axis, on_one_line(error));
+        let _ = writeln!(out, "{name}  error: {}", on_one_line(error));
         return;
     }
     let cell = |value: Option<f64>, std: Option<f64>| value.map_or("-".into(), |v| known_digits(v, std.unwrap_or(0.0)));
@@ -149,8 +150,7 @@ fn row_text(row: &Row, width: usize, topic_width: Option<usize>, out: &mut Strin
     let time = |text: String| if known { text } else { "-".into() };
     let _ = writeln!(
         out,
-        "{name:<width$}  {topic}{:<4}  {:>12} {:>9}  {:>12} {:>9}  {:>9} {:>8}  {verdict}",
-        row.source.axis,
+        "{name}  {:>12} {:>9}  {:>12} {:>9}  {:>9} {:>8}  {verdict}",
         cell(row.c1_rad_s, row.c1_std_rad_s),
         std(row.c1_std_rad_s),
         cell(row.c2_rad_s, row.c2_std_rad_s),
@@ -198,6 +198,34 @@ pub(super) fn equals(p: f64) -> String {
 /// How many rows came from earlier results.
 pub(super) fn taken(resumed: usize) -> String {
     if resumed > 0 { format!(", {resumed} taken from the results") } else { String::new() }
+}
+
+/// Columns that name a row: its log, the topic where a log has several, its axis.
+pub(super) struct Names {
+    path: usize,
+    topic: Option<usize>,
+}
+
+impl Names {
+    /// As wide as the longest of `rows`.
+    pub(super) fn new<'a>(rows: impl Iterator<Item = &'a Source> + Clone) -> Self {
+        let path = rows.clone().map(|s| s.path.chars().count()).max().unwrap_or(0).clamp(3, NAME);
+        let topic = rows.filter_map(|s| s.topic.as_ref()).map(|t| t.chars().count()).max();
+        Self { path, topic: topic.map(|w| w.clamp(5, NAME)) }
+    }
+
+    pub(super) fn head(&self) -> String {
+        self.line("log", "topic", "axis")
+    }
+
+    pub(super) fn of(&self, row: &Source) -> String {
+        self.line(&row.path, row.topic.as_deref().unwrap_or("-"), &row.axis)
+    }
+
+    fn line(&self, path: &str, topic: &str, axis: &str) -> String {
+        let topic = self.topic.map_or(String::new(), |w| format!("{:<w$}  ", ending(topic, w)));
+        format!("{:<w$}  {topic}{axis:<4}", ending(path, self.path), w = self.path)
+    }
 }
 
 /// The last `width` characters of a path.

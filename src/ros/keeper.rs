@@ -1,19 +1,22 @@
-//! The second thread: diagnostics, the state file and the configuration, so that no sample waits for them.
+//! The second thread: diagnostics, the state file, the configuration and the parameters, so that no sample waits for them.
 
 use super::diagnostics;
 use super::messages::DiagnosticArray;
 use super::options::{Options, Signals, boot_id};
+use super::parameters::{self, CONFIG};
 use super::report::Report;
+use super::services::{Keeps, Services};
 use crate::config::Config;
 use crate::error::Result;
 use crate::live::{Corrector, Start};
 use ros2_client::Publisher;
+use ros2_client::parameters::raw::Parameter;
 use std::path::Path;
 use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, sync_channel};
 use std::time::{Duration, SystemTime};
 
-/// How often files are looked at.
+/// How often files and requests are looked at.
 const LOOK: Duration = Duration::from_millis(200);
 
 /// Time between two writings of the state file, s: a sudden end loses so much of the warm-up's age.
@@ -21,7 +24,10 @@ const KEEP_EVERY_S: f64 = 10.0;
 
 /// Keeps files and diagnostics.
 pub(super) struct Keeper<'a> {
-    options: &'a Options,
+    /// As the parameters have them now.
+    options: Options,
+    /// As it was last read without an error.
+    config: Config,
     signals: &'a Signals,
     publisher: Publisher<DiagnosticArray>,
     say: &'a mut (dyn FnMut(&str) + Send),
@@ -31,6 +37,8 @@ pub(super) struct Keeper<'a> {
     changed: Option<SystemTime>,
     /// Why the configuration as it stands is not used.
     refused: Option<String>,
+    /// The loop has not yet been handed a corrector by these options.
+    waits: bool,
     last: Option<Report>,
     kept_s: f64,
 }
@@ -42,7 +50,7 @@ fn changed(path: &Path) -> Option<SystemTime> {
 impl<'a> Keeper<'a> {
     /// The keeper, and the loop's ends of the channels to and from it.
     pub(super) fn new(
-        options: &'a Options,
+        (options, config): (&Options, &Config),
         signals: &'a Signals,
         publisher: Publisher<DiagnosticArray>,
         say: &'a mut (dyn FnMut(&str) + Send),
@@ -50,7 +58,8 @@ impl<'a> Keeper<'a> {
         let (report, reports) = sync_channel(4);
         let (correctors, renewed) = sync_channel(1);
         let keeper = Self {
-            options,
+            options: options.clone(),
+            config: config.clone(),
             signals,
             publisher,
             say,
@@ -58,6 +67,7 @@ impl<'a> Keeper<'a> {
             correctors,
             changed: changed(&options.config),
             refused: None,
+            waits: false,
             last: None,
             kept_s: 0.0,
         };
@@ -65,12 +75,17 @@ impl<'a> Keeper<'a> {
     }
 
     /// Until nobody reports any more.
-    pub(super) fn run(mut self) -> Result<()> {
+    pub(super) fn run(mut self, services: &Services) -> Result<()> {
         loop {
             match self.reports.recv_timeout(LOOK) {
                 Ok(report) => self.reported(report),
                 Err(RecvTimeoutError::Timeout) => {}
                 Err(RecvTimeoutError::Disconnected) => return self.keep(),
+            }
+            services.answer(&mut self);
+            if self.waits {
+                // it was possible with the same options before
+                let _ = self.take_over(self.options.clone(), self.config.clone());
             }
             let now = changed(&self.options.config);
             if self.signals.reload.swap(false, Ordering::Relaxed) || (now.is_some() && now != self.changed) {
@@ -82,7 +97,7 @@ impl<'a> Keeper<'a> {
 
     fn reported(&mut self, report: Report) {
         report.notes.iter().for_each(|note| (self.say)(note));
-        let status = diagnostics::status(self.options, &report, self.last.as_ref(), self.refused.as_deref());
+        let status = diagnostics::status(&self.options, &report, self.last.as_ref(), self.refused.as_deref());
         // who does not listen misses it
         let _ = self.publisher.publish(status);
         let now_s = report.now_s;
@@ -104,20 +119,13 @@ impl<'a> Keeper<'a> {
         corrector.saved(&boot_id()).write(path)
     }
 
-    /// Reads the configuration anew and hands the loop a corrector that goes on where the last report was.
+    /// Reads the configuration anew.
     fn reload(&mut self) {
-        match self.renewed() {
-            Ok(Some((corrector, notes))) => {
+        match Config::read(&self.options.config).and_then(|config| self.take_over(self.options.clone(), config)) {
+            Ok(()) => {
                 self.refused = None;
-                // while nothing arrives the loop takes none up
-                if self.correctors.try_send(Box::new(corrector)).is_err() {
-                    return self.signals.reload.store(true, Ordering::Relaxed);
-                }
                 (self.say)(&format!("{} was read again", self.options.config.display()));
-                notes.iter().for_each(|note| (self.say)(note));
             }
-            // nothing has come yet
-            Ok(None) => self.signals.reload.store(true, Ordering::Relaxed),
             Err(error) => {
                 (self.say)(&format!("{error}; the node goes on with what it read before"));
                 self.refused = Some(error.to_string());
@@ -125,12 +133,38 @@ impl<'a> Keeper<'a> {
         }
     }
 
-    fn renewed(&self) -> Result<Option<(Corrector, Vec<String>)>> {
-        let config = Config::read(&self.options.config)?;
-        let Some(before) = self.last.as_ref().and_then(|r| r.corrector.as_ref()) else { return Ok(None) };
-        let saved = before.saved("this boot");
-        let (stamp_ns, arrival_s) = before.last_sample();
-        let start = Start { stamp_ns, arrival_s, saved: Some(&saved), boot_id: "this boot", ..Start::default() };
-        Corrector::new(&config, self.options.settings(), &start).map(Some)
+    /// Hands the loop a corrector by `options` and `config` that goes on where the last report was.
+    fn take_over(&mut self, options: Options, config: Config) -> Result<()> {
+        let before = self.last.as_ref().and_then(|r| r.corrector.as_ref());
+        let saved = before.map(|b| b.saved("this boot"));
+        let (stamp_ns, arrival_s) = before.map_or((0, 0.0), Corrector::last_sample);
+        let start = Start { stamp_ns, arrival_s, saved: saved.as_ref(), boot_id: "this boot", ..Start::default() };
+        let (corrector, notes) = Corrector::new(&config, options.settings(), &start)?;
+        // while nothing arrives the loop takes none up, and before the first sample it has none to replace
+        self.waits = before.is_none() || self.correctors.try_send(Box::new(corrector)).is_err();
+        if !self.waits {
+            notes.iter().for_each(|note| (self.say)(note));
+        }
+        (self.options, self.config) = (options, config);
+        Ok(())
+    }
+}
+
+impl Keeps for Keeper<'_> {
+    fn options(&self) -> &Options {
+        &self.options
+    }
+
+    fn set(&mut self, wanted: &[Parameter]) -> std::result::Result<(), String> {
+        let options = parameters::changed(&self.options, wanted)?;
+        let read = wanted.iter().any(|p| p.name == CONFIG);
+        let config = if read { Config::read(&options.config) } else { Ok(self.config.clone()) };
+        config.and_then(|config| self.take_over(options, config)).map_err(|e| e.to_string())?;
+        if read {
+            (self.changed, self.refused) = (changed(&self.options.config), None);
+        }
+        let names: Vec<_> = wanted.iter().map(|p| p.name.as_str()).collect();
+        (self.say)(&format!("set by a request: {}", names.join(", ")));
+        Ok(())
     }
 }

@@ -1,7 +1,7 @@
 //! Messages on the wire: those of sensors, which a recording has too, and diagnostics.
 
 pub(super) use crate::report::mcap::messages::{
-    Header, Imu, JOINTS, JointState, Stamp, Temperature, TwistWithCovarianceStamped,
+    Header, Imu, JOINTS, JointState, Odometry, Stamp, Temperature, TwistWithCovarianceStamped,
 };
 use serde::Serialize;
 use std::time::{SystemTime, UNIX_EPOCH};

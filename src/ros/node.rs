@@ -1,102 +1,27 @@
 //! The node: its topics, and the loop that takes up samples and gives them on.
 
 use super::keeper::Keeper;
-use super::messages::{Imu, JointState, Temperature, TwistWithCovarianceStamped};
-use super::options::{BIAS, Options, Signals, boot_id};
+use super::messages::{Imu, TwistWithCovarianceStamped};
+use super::options::{Options, Signals, boot_id};
 use super::recorder::{Recorder, Tape};
 use super::report::{Counts, Report};
-use super::wheels::WheelJoints;
+use super::services::Services;
+use super::wheels::{WheelJoints, WheelOdometry};
+use super::wires::{Wires, publish, reliable_qos};
 use crate::config::Config;
 use crate::error::{Error, ErrorKind, Result};
 use crate::live::{Corrected, Corrector, Saved, Settings, Start};
-use ros2_client::qos::{History, WhenFull};
-use ros2_client::{
-    Context, ContextOptions, MessageTypeName, Name, Node, NodeName, NodeOptions, Publisher, QosProfile, Subscription,
-};
+use ros2_client::Subscription;
 use rustdds::mio1::{Events, Interest, Poll, Token};
-use serde::Serialize;
 use serde::de::DeserializeOwned;
-use std::fmt::Display;
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
-
-/// Samples that may wait: half a second at 1 kHz.
-const DEPTH: usize = 512;
 
 /// Most messages that are taken up before the other topics have their turn.
 const TURN: usize = 4096;
 
 /// Shortest time between two messages on `~/bias`, s.
 const BIAS_EVERY_S: f64 = 0.1;
-
-/// An error of the network, in our words.
-fn network(what: impl Display) -> impl FnOnce(&dyn Display) -> Error {
-    move |e| {
-        Error::new(ErrorKind::Io, "DDS", format!("{what}: {e}"))
-            .hint("check the network interfaces, the domain and that the topic's name is one of ROS 2")
-    }
-}
-
-fn sensor_qos() -> QosProfile {
-    QosProfile::subscription_default().reliability_best_effort().history(History::KeepLast { depth: DEPTH })
-}
-
-/// The node's publishers and subscriptions.
-struct Wires {
-    node: Node,
-    imu: Subscription<Imu>,
-    joints: Option<Subscription<JointState>>,
-    temperature: Option<Subscription<Temperature>>,
-    out: Publisher<Imu>,
-    bias: Publisher<TwistWithCovarianceStamped>,
-}
-
-impl Wires {
-    fn new(options: &Options) -> Result<Self> {
-        let context = Context::with_options(ContextOptions::new().domain_id(options.domain))
-            .map_err(|e| network("no participant")(&e))?;
-        let name = NodeName::new(&options.namespace, &options.name).map_err(|e| {
-            Error::new(ErrorKind::Usage, "--name", e).hint("letters, digits and _; the namespace begins with /")
-        })?;
-        let settings = NodeOptions::new().enable_rosout(false).start_parameter_services(false);
-        let mut node = context.new_node(name, settings).map_err(|e| network("no node")(&format!("{e:?}")))?;
-        let imu = subscribe(options, &mut node, &options.topics.imu, "Imu")?;
-        let joints = options.topics.joints.as_ref();
-        let joints = joints.map(|topic| subscribe(options, &mut node, topic, "JointState")).transpose()?;
-        let temperature = options.topics.temperature.as_ref();
-        let temperature = temperature.map(|topic| subscribe(options, &mut node, topic, "Temperature")).transpose()?;
-        let out = publish(options, &mut node, &options.topics.out, ["sensor_msgs", "Imu"], &sensor_qos())?;
-        let kind = ["geometry_msgs", "TwistWithCovarianceStamped"];
-        let bias = publish(options, &mut node, BIAS, kind, &sensor_qos())?;
-        Ok(Self { node, imu, joints, temperature, out, bias })
-    }
-}
-
-fn topic(options: &Options, node: &Node, topic: &str, kind: [&str; 2], qos: &QosProfile) -> Result<rustdds::Topic> {
-    // ros2-client joins the root namespace to a relative name by two slashes
-    let full = options.absolute(topic);
-    let name = Name::parse(&full).map_err(|e| {
-        Error::new(ErrorKind::Usage, topic, format!("is no name of a topic: {e}"))
-            .hint("letters, digits, _ and /, as in imu/data_raw")
-    })?;
-    node.create_topic(&name, MessageTypeName::new(kind[0], kind[1]), qos).map_err(|e| network(full)(&e))
-}
-
-fn subscribe<M: 'static>(options: &Options, node: &mut Node, name: &str, kind: &str) -> Result<Subscription<M>> {
-    let topic = topic(options, node, name, ["sensor_msgs", kind], &sensor_qos())?;
-    node.create_subscription(&topic, Some(sensor_qos())).map_err(|e| network(name)(&e))
-}
-
-fn publish<M: Serialize>(
-    options: &Options,
-    node: &mut Node,
-    name: &str,
-    kind: [&str; 2],
-    qos: &QosProfile,
-) -> Result<Publisher<M>> {
-    let topic = topic(options, node, name, kind, qos)?;
-    node.create_publisher(&topic, Some(qos.clone())).map_err(|e| network(name)(&e))
-}
 
 /// Runs the node until a signal, or the time that was asked for, ends it. `say` is told what happens.
 ///
@@ -107,11 +32,9 @@ pub fn run(options: &Options, signals: &Signals, say: &mut (dyn FnMut(&str) + Se
     let config = Config::read(&options.config)?;
     let saved = options.state.as_deref().map(Saved::read).transpose()?.flatten();
     let mut wires = Wires::new(options)?;
-    let reliable = QosProfile::publisher_default()
-        .reliability_reliable(WhenFull::DEFAULT)
-        .history(History::KeepLast { depth: 10 });
+    let services = Services::new(options, &mut wires.node)?;
     let diagnostics =
-        publish(options, &mut wires.node, "/diagnostics", ["diagnostic_msgs", "DiagnosticArray"], &reliable)?;
+        publish(options, &mut wires.node, "/diagnostics", ["diagnostic_msgs", "DiagnosticArray"], &reliable_qos(10))?;
     say(&format!(
         "{} corrects {} about {:?} and publishes {}",
         wires.node.fully_qualified_name(),
@@ -123,8 +46,8 @@ pub fn run(options: &Options, signals: &Signals, say: &mut (dyn FnMut(&str) + Se
     let (recorder, tape) = recording.unzip();
     std::thread::scope(|scope| {
         let recorded = recorder.map(|recorder| scope.spawn(move || recorder.run()));
-        let (keeper, reports, correctors) = Keeper::new(options, signals, diagnostics, say);
-        let kept = scope.spawn(move || keeper.run());
+        let (keeper, reports, correctors) = Keeper::new((options, &config), signals, diagnostics, say);
+        let kept = scope.spawn(move || keeper.run(&services));
         let mut live = Loop::new(options, config, saved, (reports, correctors, tape));
         let ran = live.run(&mut wires, signals);
         // the keeper ends when nobody reports any more
@@ -156,6 +79,7 @@ struct Loop<'a> {
     begun: Instant,
     corrector: Option<Corrector>,
     wheels: WheelJoints,
+    odometry: WheelOdometry,
     counts: Counts,
     reports: Reports,
     correctors: Correctors,
@@ -181,6 +105,7 @@ impl<'a> Loop<'a> {
             begun: Instant::now(),
             corrector: None,
             wheels: WheelJoints::new(&options.wheels),
+            odometry: WheelOdometry::default(),
             counts: Counts::default(),
             reports,
             correctors,
@@ -208,6 +133,9 @@ impl<'a> Loop<'a> {
         if let Some(temperature) = &mut wires.temperature {
             register(&mut poll, temperature, 2)?;
         }
+        if let Some(odometry) = &mut wires.odometry {
+            register(&mut poll, odometry, 3)?;
+        }
         let mut events = Events::with_capacity(8);
         while !signals.stop.load(Ordering::Relaxed) {
             match poll.poll(&mut events, Some(Duration::from_millis(100))) {
@@ -234,6 +162,18 @@ impl<'a> Loop<'a> {
                 }
                 if let Some(tape) = &mut self.tape {
                     tape.joints(message);
+                }
+                Ok(())
+            })?;
+        }
+        if let Some(odometry) = &wires.odometry {
+            drain(odometry, &mut self.counts.malformed, |message| {
+                let now_s = self.begun.elapsed().as_secs_f64();
+                if let (Some(still), Some(corrector)) = (self.odometry.stand(&message), &mut self.corrector) {
+                    corrector.wheels(still, now_s);
+                }
+                if let Some(tape) = &mut self.tape {
+                    tape.odometry(message);
                 }
                 Ok(())
             })?;

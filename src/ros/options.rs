@@ -27,6 +27,8 @@ pub struct Topics {
     pub imu: String,
     /// `sensor_msgs/JointState` of the wheels.
     pub joints: Option<String>,
+    /// `nav_msgs/Odometry` of the wheels, where there are no joint states.
+    pub odometry: Option<String>,
     /// `sensor_msgs/Temperature` of the gyro, °C.
     pub temperature: Option<String>,
     /// `sensor_msgs/Imu`, corrected.
@@ -52,6 +54,8 @@ pub struct Options {
     pub domain: u16,
     /// Correct outside the configuration's validity too.
     pub extrapolate: bool,
+    /// Learn the bias at rest.
+    pub learn: bool,
     /// Time since power-on when the first sample comes, s.
     pub since_power_on_s: f64,
     /// File that keeps how warm the gyro is over a restart.
@@ -87,9 +91,10 @@ impl Options {
     /// The corrector's settings by the topics that there are.
     pub(super) fn settings(&self) -> Settings {
         Settings {
-            wheels: self.topics.joints.is_some(),
+            wheels: self.topics.joints.is_some() || self.topics.odometry.is_some(),
             temperature: self.topics.temperature.is_some(),
             extrapolate: self.extrapolate,
+            no_learning: !self.learn,
         }
     }
 }

@@ -1,6 +1,6 @@
 //! The third thread, where a recording was asked for: what arrived and what was published, to MCAP.
 
-use super::messages::{Imu, JointState, Temperature, TwistWithCovarianceStamped};
+use super::messages::{Imu, JointState, Odometry, Temperature, TwistWithCovarianceStamped};
 use super::options::{BIAS, Options};
 use crate::error::{Error, ErrorKind, Result};
 use crate::report::mcap::{Stream, Topic};
@@ -12,8 +12,8 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 
 /// Messages that may wait for the disk: two seconds at 1 kHz.
 const WAITING: usize = 4096;
-/// Joint states are larger and fewer.
-const JOINTS_WAITING: usize = 256;
+/// Joint states and odometry are larger and fewer.
+const WHEELS_WAITING: usize = 256;
 
 /// How often the file is handed to the system: a sudden end loses so much.
 const FLUSH: Duration = Duration::from_secs(1);
@@ -31,6 +31,7 @@ enum Record {
 pub(super) struct Tape {
     records: SyncSender<(u64, Record)>,
     joints: SyncSender<(u64, JointState)>,
+    odometry: SyncSender<(u64, Odometry)>,
     pub lost: u64,
 }
 
@@ -55,6 +56,10 @@ impl Tape {
         self.lost += u64::from(self.joints.try_send((now_ns(), message)).is_err());
     }
 
+    pub(super) fn odometry(&mut self, message: Odometry) {
+        self.lost += u64::from(self.odometry.try_send((now_ns(), message)).is_err());
+    }
+
     fn put(&mut self, record: Record) {
         self.lost += u64::from(self.records.try_send((now_ns(), record)).is_err());
     }
@@ -71,6 +76,7 @@ struct Topics {
     bias: Topic<TwistWithCovarianceStamped>,
     temperature: Topic<Temperature>,
     joints: Topic<JointState>,
+    odometry: Topic<Odometry>,
 }
 
 /// Writes the file.
@@ -80,6 +86,7 @@ pub(super) struct Recorder<'a> {
     topics: Topics,
     records: Receiver<(u64, Record)>,
     joints: Receiver<(u64, JointState)>,
+    odometry: Receiver<(u64, Odometry)>,
 }
 
 impl<'a> Recorder<'a> {
@@ -101,8 +108,9 @@ impl<'a> Recorder<'a> {
             BIAS,
             topics.temperature.as_deref().unwrap_or("temperature"),
             topics.joints.as_deref().unwrap_or("joint_states"),
+            topics.odometry.as_deref().unwrap_or("odom"),
         ];
-        let [raw, corrected, bias, temperature, joints] = names.map(|topic| options.absolute(topic));
+        let [raw, corrected, bias, temperature, joints, odometry] = names.map(|topic| options.absolute(topic));
         let begun = |file| -> io::Result<(Stream<_>, Topics)> {
             let mut stream = Stream::without_index(file)?;
             let topics = Topics {
@@ -111,13 +119,16 @@ impl<'a> Recorder<'a> {
                 bias: stream.topic(&bias)?,
                 temperature: stream.topic(&temperature)?,
                 joints: stream.topic(&joints)?,
+                odometry: stream.topic(&odometry)?,
             };
             Ok((stream, topics))
         };
         let (stream, topics) = begun(BufWriter::new(file)).map_err(|e| Error::io(path, &e))?;
         let (record, records) = sync_channel(WAITING);
-        let (joint, joints) = sync_channel(JOINTS_WAITING);
-        Ok((Self { path, stream, topics, records, joints }, Tape { records: record, joints: joint, lost: 0 }))
+        let (joint, joints) = sync_channel(WHEELS_WAITING);
+        let (odometry, heard) = sync_channel(WHEELS_WAITING);
+        let tape = Tape { records: record, joints: joint, odometry, lost: 0 };
+        Ok((Self { path, stream, topics, records, joints, odometry: heard }, tape))
     }
 
     /// Until nobody gives messages any more.
@@ -132,6 +143,9 @@ impl<'a> Recorder<'a> {
             let next = self.records.recv_timeout(FLUSH);
             while let Ok((ns, message)) = self.joints.try_recv() {
                 self.stream.put(&self.topics.joints, ns, &message)?;
+            }
+            while let Ok((ns, message)) = self.odometry.try_recv() {
+                self.stream.put(&self.topics.odometry, ns, &message)?;
             }
             match next {
                 Ok((ns, Record::Raw(message))) => self.stream.put(&self.topics.raw, ns, &message)?,

@@ -1,9 +1,9 @@
-//! Whether the wheels stand, by joint states.
+//! Whether the wheels stand, by joint states or their odometry.
 
-use super::messages::{JOINTS, JointState};
+use super::messages::{JOINTS, JointState, Odometry};
 
-/// A speed below this is zero but for rounding, rad/s: a turn in two hundred years.
-const ZERO_RAD_S: f64 = 1e-9;
+/// A speed below this is zero but for rounding, rad/s or m/s: a turn in two hundred years.
+const ZERO: f64 = 1e-9;
 
 /// Follows the joints that are wheels.
 pub(crate) struct WheelJoints {
@@ -41,11 +41,34 @@ impl WheelJoints {
                         known = false;
                     }
                 },
-                (None, Some(speed)) => stand &= speed.abs() <= ZERO_RAD_S,
+                (None, Some(speed)) => stand &= speed.abs() <= ZERO,
                 (None, None) => return None,
             }
             seen += 1;
         }
         (seen > 0 && known).then_some(stand)
+    }
+}
+
+/// Follows an odometry.
+#[derive(Default)]
+pub(crate) struct WheelOdometry {
+    /// Position, m, and orientation of the last message.
+    pose: Option<([f64; 3], [f64; 4])>,
+}
+
+impl WheelOdometry {
+    /// Whether the wheels of a message stand: no speed, and the pose as before. `None` of the first one, or without numbers.
+    ///
+    /// An odometry that a gyro or a filter has a hand in never stands.
+    pub(crate) fn stand(&mut self, message: &Odometry) -> Option<bool> {
+        let pose = (message.pose.position, message.pose.orientation);
+        let twist = [message.linear, message.angular];
+        let finite = |values: &[f64]| values.iter().all(|v| v.is_finite());
+        if ![&pose.0[..], &pose.1, &twist[0], &twist[1]].into_iter().all(finite) {
+            return None;
+        }
+        let still = twist.iter().flatten().all(|speed| speed.abs() <= ZERO);
+        self.pose.replace(pose).map(|before| still && before == pose)
     }
 }

@@ -49,10 +49,11 @@ def in_a_name_space():
 class Node:
     """A running `gyroid ros`."""
 
-    def __init__(self, program, config, *options):
+    def __init__(self, program, config, *options, **environment):
         self.log = tempfile.TemporaryFile("w+")
         command = [str(program), "ros", str(config), *map(str, options)]
-        self.process = subprocess.Popen(command, stdout=self.log, stderr=subprocess.STDOUT)
+        environment = {**os.environ, **environment}
+        self.process = subprocess.Popen(command, stdout=self.log, stderr=subprocess.STDOUT, env=environment)
 
     def words(self):
         self.log.seek(0)
@@ -86,7 +87,10 @@ def send(topic, rate_hz, count, options, matched, go):
 
     participant = DomainParticipant(0)
     writer = DataWriter(participant, Topic(participant, topic, messages.Imu), qos=messages.sensor_qos())
-    joints = None
+    joints, odometry = None, None
+    if options.get("odometry"):
+        odometry_topic = Topic(participant, "rt/odom", messages.Odometry)
+        odometry = DataWriter(participant, odometry_topic, qos=messages.sensor_qos())
     if options.get("wheels"):
         joint_topic = Topic(participant, "rt/joint_states", messages.JointState)
         joints = DataWriter(participant, joint_topic, qos=messages.sensor_qos())
@@ -115,6 +119,9 @@ def send(topic, rate_hz, count, options, matched, go):
         if joints is not None and number % 4 == 0:
             header = messages.Header(stamp=message.header.stamp, frame_id="")
             joints.write(messages.JointState(header, ["left", "right"], [1.0, 2.0], [0.0, 0.0], []))
+        if odometry is not None and number % 4 == 0:
+            pose = [[1.0, 2.0, 0.0], [0.0, 0.0, 0.6, 0.8], [0.0] * 36]
+            odometry.write(messages.Odometry(message.header, "base_link", *pose, [0.0] * 3, [0.0] * 3, [0.0] * 36))
     # what is under way arrives before the writer is gone
     time.sleep(0.2)
 

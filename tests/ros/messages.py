@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 
 from cyclonedds.core import Policy, Qos
 from cyclonedds.idl import IdlStruct, annotations
-from cyclonedds.idl.types import array, float64, int32, sequence, uint8, uint32
+from cyclonedds.idl.types import array, float64, int32, int64, sequence, uint8, uint32, uint64
 from cyclonedds.util import duration
 
 DDS = """<CycloneDDS><Domain Id="any"><General><Interfaces>
@@ -84,6 +84,106 @@ class DiagnosticStatus(IdlStruct, typename="diagnostic_msgs.msg.dds_.DiagnosticS
 class DiagnosticArray(IdlStruct, typename="diagnostic_msgs.msg.dds_.DiagnosticArray_"):
     header: Header
     status: sequence[DiagnosticStatus]
+
+
+@dataclass
+@annotations.final
+class Odometry(IdlStruct, typename="nav_msgs.msg.dds_.Odometry_"):
+    header: Header
+    child_frame_id: str
+    position: Array3
+    orientation: Array4
+    pose_covariance: Array36
+    linear: Array3
+    angular: Array3
+    twist_covariance: Array36
+
+
+@dataclass
+@annotations.final
+class ParameterValue(IdlStruct, typename="rcl_interfaces.msg.dds_.ParameterValue_"):
+    type: uint8 = 0
+    bool_value: bool = False
+    integer_value: int64 = 0
+    double_value: float64 = 0.0
+    string_value: str = ""
+    byte_array_value: sequence[uint8] = field(default_factory=list)
+    bool_array_value: sequence[bool] = field(default_factory=list)
+    integer_array_value: sequence[int64] = field(default_factory=list)
+    double_array_value: sequence[float64] = field(default_factory=list)
+    string_array_value: sequence[str] = field(default_factory=list)
+
+
+@dataclass
+@annotations.final
+class Parameter(IdlStruct, typename="rcl_interfaces.msg.dds_.Parameter_"):
+    name: str
+    value: ParameterValue
+
+
+@dataclass
+@annotations.final
+class ParameterEvent(IdlStruct, typename="rcl_interfaces.msg.dds_.ParameterEvent_"):
+    stamp: Time
+    node: str
+    new_parameters: sequence[Parameter]
+    changed_parameters: sequence[Parameter]
+    deleted_parameters: sequence[Parameter]
+
+
+@dataclass
+@annotations.final
+class SetParametersResult(IdlStruct, typename="rcl_interfaces.msg.dds_.SetParametersResult_"):
+    successful: bool
+    reason: str
+
+
+@dataclass
+@annotations.final
+class ListParametersResult(IdlStruct, typename="rcl_interfaces.msg.dds_.ListParametersResult_"):
+    names: sequence[str]
+    prefixes: sequence[str]
+
+
+@dataclass
+@annotations.final
+class ParameterDescriptor(IdlStruct, typename="rcl_interfaces.msg.dds_.ParameterDescriptor_"):
+    name: str
+    type: uint8
+    description: str
+    additional_constraints: str
+    read_only: bool
+    dynamic_typing: bool
+    floating_point_range: sequence[float64]
+    integer_range: sequence[int64]
+
+
+def service(name, asked, answered):
+    """Request and reply of a service as rmw_cyclonedds has them: who asks and its number come before the fields."""
+    kinds = []
+    for part, fields in [("Request", asked), ("Response", answered)]:
+        annotated = {"guid": uint64, "number": int64, **fields}
+        kind = type(name + part, (IdlStruct,), {"__annotations__": annotated}, typename=f"rcl_interfaces.srv.dds_.{name}_{part}_")
+        kinds.append(annotations.final(dataclass(kind)))
+    return kinds
+
+
+SERVICES = {
+    "list_parameters": service(
+        "ListParameters", {"prefixes": sequence[str], "depth": uint64}, {"result": ListParametersResult}
+    ),
+    "get_parameters": service("GetParameters", {"names": sequence[str]}, {"values": sequence[ParameterValue]}),
+    "get_parameter_types": service("GetParameterTypes", {"names": sequence[str]}, {"types": sequence[uint8]}),
+    "describe_parameters": service(
+        "DescribeParameters", {"names": sequence[str]}, {"descriptors": sequence[ParameterDescriptor]}
+    ),
+    "set_parameters": service(
+        "SetParameters", {"parameters": sequence[Parameter]}, {"results": sequence[SetParametersResult]}
+    ),
+    "set_parameters_atomically": service(
+        "SetParametersAtomically", {"parameters": sequence[Parameter]}, {"result": SetParametersResult}
+    ),
+}
 
 
 # the same name on the wire, and nothing of an Imu in it

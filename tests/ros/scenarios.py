@@ -103,6 +103,76 @@ def rest(arguments, config, ears, table, figures):
         node.stop()
 
 
+def odometry(arguments, config, ears, table, figures):
+    node = Node(arguments.program, config, "--odometry", "odom")
+    try:
+        ears.wait()
+        run(ears, Sender(200, 200 * (5 if arguments.quick else 20), odometry=True))
+        bias, std = ears.last_bias.angular[2], ears.last_bias.covariance[35] ** 0.5
+        good = abs(bias - TRUE_BIAS) < 4 * std and std < 2e-4
+        table.line("learns while an odometry stands", good, f"bias {bias:.3e} ± {std:.1e} rad/s of {TRUE_BIAS:.1e}")
+    finally:
+        node.stop()
+
+
+def parameters(arguments, config, ears, table, figures):
+    """As `ros2 param` asks under rmw_cyclonedds, while samples go on."""
+    from messages import Parameter, ParameterValue
+    from services import Asker
+
+    def flag(name, on):
+        return Parameter(name, ParameterValue(type=1, bool_value=on))
+
+    def path(name, at):
+        return Parameter(name, ParameterValue(type=4, string_value=str(at)))
+
+    def one(name):
+        return asker.ask("get_parameters", names=[name]).values[0]
+
+    other = config.with_name("other.toml")
+    other.write_text(CONFIG.format(c2=5e-3))
+    missing = config.with_name("missing.toml")
+    node = Node(arguments.program, config, "--joints", "joint_states", RMW_IMPLEMENTATION="rmw_cyclonedds_cpp")
+    try:
+        ears.wait()
+        asker = Asker(ears.participant)
+        # before the first sample, too
+        early = asker.ask("set_parameters", parameters=[flag("learn", False)]).results[0]
+        sender = Sender(200, 200 * 12, wheels=True).begin()
+        heard = ears.hear(2.5)
+        untaught = ears.status["rest_blocks_learnt"] == "0"
+        names = asker.ask("list_parameters", prefixes=[], depth=0).result.names
+        kinds = asker.ask("get_parameter_types", names=["config", "learn", "none"]).types
+        about = asker.ask("describe_parameters", names=["imu", "learn"]).descriptors
+        good = {"config", "extrapolate", "learn", "imu"} <= set(names) and list(kinds) == [4, 1, 0]
+        good &= [d.read_only for d in about] == [True, False] and all(d.description for d in about)
+        good &= one("config").string_value == str(config) and one("imu").string_value == "/imu/data_raw"
+        table.line("parameters are listed, described, read", good, f"{', '.join(names)}"[:90])
+        answers = asker.ask("set_parameters", parameters=[
+            flag("learn", True), path("config", missing), path("imu", "/other"), path("learn", "no"), flag("nothing", True),
+        ]).results
+        reasons = [a.reason for a in answers]
+        good = early.successful and [a.successful for a in answers] == [True, False, False, False, False]
+        good &= "missing.toml" in reasons[1] and "start the node anew" in reasons[2] and "bool" in reasons[3]
+        good &= "extrapolate" in reasons[4] and one("config").string_value == str(config) and one("learn").bool_value
+        table.line("what cannot be set is refused with its reason", good and untaught, reasons[3])
+        result = asker.ask("set_parameters_atomically", parameters=[flag("extrapolate", True), path("config", missing)]).result
+        good = not result.successful and not one("extrapolate").bool_value
+        result = asker.ask("set_parameters_atomically", parameters=[flag("extrapolate", True), path("config", other)]).result
+        good &= result.successful and one("extrapolate").bool_value and one("config").string_value == str(other)
+        table.line("all at once or none", good, f"extrapolate and config set: {result.successful}")
+        heard += ears.hear(20.0, until=lambda: not sender.alive()) + ears.hear(1.0)
+        changed = [p.name for e in asker.events() for p in e.changed_parameters]
+        good = changed == ["learn", "learn", "extrapolate", "config"] and lost(heard, 2400) == 0
+        mean = sum(m.angular_velocity[2] for _, m in heard[-100:]) / 100
+        # what rest teaches brings the rate to zero whichever file is read
+        good &= abs(mean) < 1e-3 and "set by a request: extrapolate, config" in node.words()
+        table.line("parameter events, no sample lost", good, f"{changed}, {lost(heard, 2400)} of 2400 lost, rate {mean:.1e}")
+    finally:
+        code = node.stop()
+    table.line("ends after requests", code == 0, f"exit code {code}")
+
+
 def restarts(arguments, config, ears, table, figures):
     state = config.with_name("state.json")
     options = ["--joints", "joint_states", "--state", state]
@@ -282,5 +352,5 @@ def soak(arguments, config, ears, table, figures):
 
 
 SCENARIOS = [
-    discovery, no_loss, latency, rest, restarts, clock, storm, malformed, two_of_one_name, reload,
+    discovery, no_loss, latency, rest, odometry, parameters, restarts, clock, storm, malformed, two_of_one_name, reload,
 ]

@@ -107,7 +107,7 @@ pub(crate) fn diagonal(variances: [f64; 6]) -> Covariance {
 }
 
 /// `geometry_msgs/Pose`.
-#[derive(Clone, Copy, Default, Serialize)]
+#[derive(Clone, Copy, Default, Serialize, Deserialize)]
 pub(crate) struct Pose {
     pub position: [f64; 3],
     /// x, y, z, w.
@@ -133,7 +133,7 @@ pub(crate) struct PoseStamped {
 pub(crate) type Covariance = ([f64; 18], [f64; 18]);
 
 /// `nav_msgs/Odometry`.
-#[derive(Clone, Copy, Default, Serialize)]
+#[derive(Clone, Copy, Default, Serialize, Deserialize)]
 pub(crate) struct Odometry {
     pub header: Header,
     pub child_frame_id: Text<NAME>,

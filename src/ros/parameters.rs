@@ -1,0 +1,126 @@
+//! The node's parameters: what they are, and what a request changes of the options.
+
+use super::options::{Axis, Options};
+use ros2_client::parameters::raw::{self, Parameter, ParameterType};
+use ros2_client::parameters::{NumericRange, ParameterDescriptor, ParameterValue};
+use ros2_client::rcl_interfaces::ListParametersResult;
+use std::path::{Path, PathBuf};
+
+/// The configuration's file.
+pub(super) const CONFIG: &str = "config";
+const EXTRAPOLATE: &str = "extrapolate";
+const LEARN: &str = "learn";
+
+/// A parameter: its name, value, description, and whether it is fixed while the node runs.
+struct Entry {
+    name: &'static str,
+    value: ParameterValue,
+    about: &'static str,
+    fixed: bool,
+}
+
+/// All parameters in the order of their names.
+fn entries(options: &Options) -> Vec<Entry> {
+    let text = |text: &str| ParameterValue::String(text.into());
+    let path = |path: &Path| ParameterValue::String(path.display().to_string());
+    let topic = |topic: Option<&str>| text(&topic.map_or(String::new(), |t| options.absolute(t)));
+    let changes = |name, value, about| Entry { name, value, about, fixed: false };
+    let fixed = |name, value, about| Entry { name, value, about, fixed: true };
+    let topics = &options.topics;
+    vec![
+        fixed("axis", text(options.axis.name()), "axis of the IMU that is corrected"),
+        changes(CONFIG, path(&options.config), "file of the configuration; setting it reads the file"),
+        changes(
+            EXTRAPOLATE,
+            ParameterValue::Boolean(options.extrapolate),
+            "correct outside the configuration's [validation] too; else readings pass through there",
+        ),
+        fixed("imu", topic(Some(&topics.imu)), "topic of sensor_msgs/Imu that is read"),
+        fixed("joints", topic(topics.joints.as_deref()), "topic of sensor_msgs/JointState that is read; empty: none"),
+        changes(LEARN, ParameterValue::Boolean(options.learn), "learn the bias while the robot stands"),
+        fixed("odometry", topic(topics.odometry.as_deref()), "topic of nav_msgs/Odometry that is read; empty: none"),
+        fixed("out", topic(Some(&topics.out)), "topic of sensor_msgs/Imu that is published"),
+        fixed("state", path(options.state.as_deref().unwrap_or(Path::new(""))), "file of the state; empty: none"),
+        fixed(
+            "temperature",
+            topic(topics.temperature.as_deref()),
+            "topic of sensor_msgs/Temperature that is read; empty: none",
+        ),
+        fixed("wheels", ParameterValue::StringArray(options.wheels.clone()), "joints that are wheels; empty: all"),
+    ]
+}
+
+/// Values of the named parameters; of one that there is not, none.
+pub(super) fn get(options: &Options, names: &[String]) -> Vec<raw::ParameterValue> {
+    let entries = entries(options);
+    let of =
+        |name: &String| entries.iter().find(|e| e.name == name).map_or(ParameterValue::NotSet, |e| e.value.clone());
+    names.iter().map(|name| of(name).into()).collect()
+}
+
+/// Descriptions of the named parameters.
+pub(super) fn describe(options: &Options, names: &[String]) -> Vec<raw::ParameterDescriptor> {
+    let entries = entries(options);
+    let of = |name: &String| match entries.iter().find(|e| e.name == name) {
+        None => ParameterDescriptor::unknown(name),
+        Some(entry) => ParameterDescriptor {
+            name: name.clone(),
+            param_type: entry.value.to_parameter_type(),
+            description: entry.about.into(),
+            additional_constraints: String::new(),
+            read_only: entry.fixed,
+            dynamic_typing: false,
+            range: NumericRange::NotSpecified,
+        },
+    };
+    names.iter().map(|name| of(name).into()).collect()
+}
+
+/// Names of the parameters, none of which has a prefix; all of them, or those of `wanted`.
+pub(super) fn list(options: &Options, wanted: &[String]) -> ListParametersResult {
+    let names = entries(options).into_iter().map(|e| e.name.to_string());
+    let names = names.filter(|name| wanted.is_empty() || wanted.contains(name)).collect();
+    ListParametersResult { names, prefixes: Vec::new() }
+}
+
+/// The options with the parameters that are wanted, all of them or none.
+///
+/// # Errors
+/// Why one of them cannot be set.
+pub(super) fn changed(options: &Options, wanted: &[Parameter]) -> Result<Options, String> {
+    let entries = entries(options);
+    let mut options = options.clone();
+    for Parameter { name, value } in wanted {
+        let Some(entry) = entries.iter().find(|e| e.name == name) else {
+            let names: Vec<_> = entries.iter().filter(|e| !e.fixed).map(|e| e.name).collect();
+            return Err(format!("there is no parameter {name}; {} can be set", names.join(", ")));
+        };
+        if entry.fixed {
+            return Err(format!("{name} is an option of the command line: start the node anew to change it"));
+        }
+        if value.ptype != ParameterValue::to_parameter_type_raw(&entry.value) {
+            let kind = if value_is_text(&entry.value) { "a string" } else { "a bool" };
+            return Err(format!("{name} is {kind}"));
+        }
+        match name.as_str() {
+            CONFIG => options.config = PathBuf::from(&value.string_value),
+            EXTRAPOLATE => options.extrapolate = value.boolean_value,
+            _ => options.learn = value.boolean_value,
+        }
+    }
+    Ok(options)
+}
+
+fn value_is_text(value: &ParameterValue) -> bool {
+    ParameterValue::to_parameter_type_raw(value) == ParameterType::STRING
+}
+
+impl Axis {
+    fn name(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Z => "z",
+        }
+    }
+}
