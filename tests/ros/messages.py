@@ -2,6 +2,7 @@
 
 import os
 from dataclasses import dataclass, field
+from types import new_class
 
 from cyclonedds.core import Policy, Qos
 from cyclonedds.idl import IdlStruct, annotations
@@ -162,8 +163,9 @@ def service(name, asked, answered):
     """Request and reply of a service as rmw_cyclonedds has them: who asks and its number come before the fields."""
     kinds = []
     for part, fields in [("Request", asked), ("Response", answered)]:
+        words = {"typename": f"rcl_interfaces.srv.dds_.{name}_{part}_"}
         annotated = {"guid": uint64, "number": int64, **fields}
-        kind = type(name + part, (IdlStruct,), {"__annotations__": annotated}, typename=f"rcl_interfaces.srv.dds_.{name}_{part}_")
+        kind = new_class(name + part, (IdlStruct,), words, lambda body: body.update(__annotations__=annotated))
         kinds.append(annotations.final(dataclass(kind)))
     return kinds
 
