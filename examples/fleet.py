@@ -24,28 +24,13 @@ import gyroid.fleet
 
 OPTIONS = {"fit": ["--accept", "--draws", "99"], "noise": ["--draws", "99"], "diagnose": []}
 DAMAGED = 10  # every so many
-NOMINAL = """schema = 1
-kind = "driving"
-sample_time_s = 0.02
+ROBOT = Path(__file__).parents[1] / "data" / "robot.toml"
+GYRO = """
 [gyro]
 c1_rad_s = -2.4e-3
 c2_rad_s = 8e-3
 time_constant_s = 240.0
 angle_random_walk_rad_sqrt_s = 1.5e-4
-[vehicle]
-mass_kg = 9.5
-yaw_inertia_kg_m2 = 0.21
-half_track_m = 0.17
-wheel_radius_m = 0.05
-wheel_inertia_kg_m2 = 0.0008
-viscous_friction_n_m_s = 0.0006
-torque_noise_n_m_sqrt_s = 0.0004
-[encoder]
-speed_noise_std_rad_s = 0.02
-[pose]
-rate_hz = 5.0
-position_std_m = 0.002
-heading_std_rad = 0.002
 """
 
 
@@ -56,11 +41,12 @@ def program():
 def make_drives(folder, logs):
     """Drives of 10 s by the simulator, two of each robot, whose right wheel is larger by 1.8 to 2.2 %; and the nominal simulator."""
     folder.mkdir(parents=True)
-    (folder / "sim.toml").write_text(NOMINAL)
+    nominal = ROBOT.read_text() + GYRO
+    (folder / "sim.toml").write_text(nominal)
     for k in range(logs):
         ratio = 0.02 + 0.001 * np.random.default_rng(k // 2).normal()
         robot, place = folder / "robot.toml", folder / "logs" / f"robot_{k // 2:05}" / f"{k % 2}.csv"
-        robot.write_text(f'{NOMINAL}[[effect]]\nid = "wheel.radius_mismatch"\nright_over_left_minus_one = {ratio}\n')
+        robot.write_text(f'{nominal}[[effect]]\nid = "wheel.radius_mismatch"\nright_over_left_minus_one = {ratio}\n')
         place.parent.mkdir(parents=True, exist_ok=True)
         course = ["--course", "random", "--duration", "10", "--seed", str(k)]
         subprocess.run([program(), "simulate", robot, *course, "-o", place, "--quiet"], check=True)

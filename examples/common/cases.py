@@ -34,17 +34,22 @@ def size(draw, low, high):
     return abs(either(draw, low, high))
 
 
+def sides(rho):
+    """Left and right with a mean of one, of right over left less one."""
+    return 2 / (2 + rho), 2 * (1 + rho) / (2 + rho)
+
+
 def ratio(draw, low, high):
     """Right over left less one, and left and right with a mean of one."""
     rho = either(draw, low, high)
-    return rho, (2 / (2 + rho), 2 * (1 + rho) / (2 + rho))
+    return rho, sides(rho)
 
 
-def radius(effect, sides):
-    """Radii off nominal by a share of `sides`."""
+def radius(effect, shares):
+    """Radii off nominal by a share of `shares`, left and right."""
     def one(draw):
         s = either(draw, 0.003, 0.03)
-        return Case({effect: {"relative": s}}, {"radius": tuple(1 + s * side for side in sides)})
+        return Case({effect: {"relative": s}}, {"radius": tuple(1 + s * side for side in shares)})
 
     return one
 

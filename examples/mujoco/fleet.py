@@ -19,23 +19,18 @@ import numpy as np
 
 sys.path[:0] = [str(Path(__file__).parents[1] / "common"), str(Path(__file__).parent)]
 
-from cases import Case
+from cases import Case, sides
 from drives import Course, drive
 from folders import sim_toml, write_log
 from make import ROBOT, Engine
 from sensors import Sensors, columns
 
 
-def both(ratio):
-    """Left and right with a mean of one."""
-    return 2 / (2 + ratio), 2 * (1 + ratio) / (2 + ratio)
-
-
 # size of the effect, and what it is in the engine's world or sensors
 EFFECTS = {
-    "wheel.radius_mismatch": (0.01, lambda s: Case(world={"radius": both(s)})),
+    "wheel.radius_mismatch": (0.01, lambda s: Case(world={"radius": sides(s)})),
     "vehicle.track_width": (0.03, lambda s: Case(world={"track": 1 + s})),
-    "motor.torque_gain": (0.05, lambda s: Case(world={"gain": both(s)})),
+    "motor.torque_gain": (0.05, lambda s: Case(world={"gain": sides(s)})),
     "vehicle.com_offset": (0.02, lambda s: Case(world={"com_ahead_m": s})),
     "vehicle.payload": (0.15, lambda s: Case(world={"load_kg": s * ROBOT.mass_kg, "load_inertia_kg_m2": s * ROBOT.yaw_inertia_kg_m2})),
     "gyro.scale_factor": (0.01, lambda s: Case(sensors=Sensors(scale=s))),

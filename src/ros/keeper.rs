@@ -158,10 +158,12 @@ impl Keeps for Keeper<'_> {
     fn set(&mut self, wanted: &[Parameter]) -> std::result::Result<(), String> {
         let options = parameters::changed(&self.options, wanted)?;
         let read = wanted.iter().any(|p| p.name == CONFIG);
+        // before it is read: a change that comes meanwhile is seen at the next look
+        let seen = changed(&options.config);
         let config = if read { Config::read(&options.config) } else { Ok(self.config.clone()) };
         config.and_then(|config| self.take_over(options, config)).map_err(|e| e.to_string())?;
         if read {
-            (self.changed, self.refused) = (changed(&self.options.config), None);
+            (self.changed, self.refused) = (seen, None);
         }
         let names: Vec<_> = wanted.iter().map(|p| p.name.as_str()).collect();
         (self.say)(&format!("set by a request: {}", names.join(", ")));

@@ -156,10 +156,7 @@ impl<'a> Loop<'a> {
     fn turn(&mut self, wires: &Wires) -> Result<bool> {
         if let Some(joints) = &wires.joints {
             drain(joints, &mut self.counts.malformed, |message| {
-                let now_s = self.begun.elapsed().as_secs_f64();
-                if let (Some(still), Some(corrector)) = (self.wheels.stand(&message), &mut self.corrector) {
-                    corrector.wheels(still, now_s);
-                }
+                heed(&mut self.corrector, self.wheels.stand(&message), self.begun);
                 if let Some(tape) = &mut self.tape {
                     tape.joints(message);
                 }
@@ -168,10 +165,7 @@ impl<'a> Loop<'a> {
         }
         if let Some(odometry) = &wires.odometry {
             drain(odometry, &mut self.counts.malformed, |message| {
-                let now_s = self.begun.elapsed().as_secs_f64();
-                if let (Some(still), Some(corrector)) = (self.odometry.stand(&message), &mut self.corrector) {
-                    corrector.wheels(still, now_s);
-                }
+                heed(&mut self.corrector, self.odometry.stand(&message), self.begun);
                 if let Some(tape) = &mut self.tape {
                     tape.odometry(message);
                 }
@@ -284,6 +278,13 @@ impl Drop for Loop<'_> {
     /// The last report has the state that a restart begins with.
     fn drop(&mut self) {
         let _ = self.reports.send(self.snapshot());
+    }
+}
+
+/// Tells the corrector whether the wheels stand, where a message says so.
+fn heed(corrector: &mut Option<Corrector>, still: Option<bool>, begun: Instant) {
+    if let (Some(still), Some(corrector)) = (still, corrector) {
+        corrector.wheels(still, begun.elapsed().as_secs_f64());
     }
 }
 

@@ -1,7 +1,7 @@
 //! The node's parameters: what they are, and what a request changes of the options.
 
 use super::options::{Axis, Options};
-use ros2_client::parameters::raw::{self, Parameter, ParameterType};
+use ros2_client::parameters::raw::{self, Parameter};
 use ros2_client::parameters::{NumericRange, ParameterDescriptor, ParameterValue};
 use ros2_client::rcl_interfaces::ListParametersResult;
 use std::path::{Path, PathBuf};
@@ -99,7 +99,7 @@ pub(super) fn changed(options: &Options, wanted: &[Parameter]) -> Result<Options
             return Err(format!("{name} is an option of the command line: start the node anew to change it"));
         }
         if value.ptype != ParameterValue::to_parameter_type_raw(&entry.value) {
-            let kind = if value_is_text(&entry.value) { "a string" } else { "a bool" };
+            let kind = if matches!(entry.value, ParameterValue::String(_)) { "a string" } else { "a bool" };
             return Err(format!("{name} is {kind}"));
         }
         match name.as_str() {
@@ -109,10 +109,6 @@ pub(super) fn changed(options: &Options, wanted: &[Parameter]) -> Result<Options
         }
     }
     Ok(options)
-}
-
-fn value_is_text(value: &ParameterValue) -> bool {
-    ParameterValue::to_parameter_type_raw(value) == ParameterType::STRING
 }
 
 impl Axis {

@@ -4,7 +4,7 @@ use super::options::Options;
 use super::parameters;
 use super::wires::{network, publish, reliable_qos};
 use crate::error::Result;
-use ros2_client::parameters::raw::{Parameter, ParameterEvent};
+use ros2_client::parameters::raw::{Parameter, ParameterEvent, SetParametersResult};
 use ros2_client::rcl_interfaces::{
     DescribeParametersRequest, DescribeParametersResponse, GetParameterTypesRequest, GetParameterTypesResponse,
     GetParametersRequest, GetParametersResponse, ListParametersRequest, ListParametersResponse,
@@ -87,7 +87,7 @@ impl Services {
     }
 
     /// Sets all of `wanted` or none, and tells who listens.
-    fn set(&self, keeper: &mut impl Keeps, wanted: &[Parameter]) -> ros2_client::parameters::raw::SetParametersResult {
+    fn set(&self, keeper: &mut impl Keeps, wanted: &[Parameter]) -> SetParametersResult {
         let result = keeper.set(wanted);
         if result.is_ok() {
             let event = ParameterEvent {

@@ -21,7 +21,7 @@ pub(super) fn network(what: impl Display) -> impl FnOnce(&dyn Display) -> Error 
     }
 }
 
-/// What must arrive, the last `depth` messages of it.
+/// Reliable delivery of the last `depth` messages.
 pub(super) fn reliable_qos(depth: usize) -> QosProfile {
     QosProfile::publisher_default().reliability_reliable(WhenFull::DEFAULT).history(History::KeepLast { depth })
 }

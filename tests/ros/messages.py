@@ -159,33 +159,27 @@ class ParameterDescriptor(IdlStruct, typename="rcl_interfaces.msg.dds_.Parameter
     integer_range: sequence[int64]
 
 
-def service(name, asked, answered):
-    """Request and reply of a service as rmw_cyclonedds has them: who asks and its number come before the fields."""
-    kinds = []
-    for part, fields in [("Request", asked), ("Response", answered)]:
-        words = {"typename": f"rcl_interfaces.srv.dds_.{name}_{part}_"}
-        annotated = {"guid": uint64, "number": int64, **fields}
-        kind = new_class(name + part, (IdlStruct,), words, lambda body: body.update(__annotations__=annotated))
-        kinds.append(annotations.final(dataclass(kind)))
-    return kinds
-
-
 SERVICES = {
-    "list_parameters": service(
-        "ListParameters", {"prefixes": sequence[str], "depth": uint64}, {"result": ListParametersResult}
-    ),
-    "get_parameters": service("GetParameters", {"names": sequence[str]}, {"values": sequence[ParameterValue]}),
-    "get_parameter_types": service("GetParameterTypes", {"names": sequence[str]}, {"types": sequence[uint8]}),
-    "describe_parameters": service(
-        "DescribeParameters", {"names": sequence[str]}, {"descriptors": sequence[ParameterDescriptor]}
-    ),
-    "set_parameters": service(
-        "SetParameters", {"parameters": sequence[Parameter]}, {"results": sequence[SetParametersResult]}
-    ),
-    "set_parameters_atomically": service(
+    "list_parameters": ("ListParameters", {"prefixes": sequence[str], "depth": uint64}, {"result": ListParametersResult}),
+    "get_parameters": ("GetParameters", {"names": sequence[str]}, {"values": sequence[ParameterValue]}),
+    "get_parameter_types": ("GetParameterTypes", {"names": sequence[str]}, {"types": sequence[uint8]}),
+    "describe_parameters": ("DescribeParameters", {"names": sequence[str]}, {"descriptors": sequence[ParameterDescriptor]}),
+    "set_parameters": ("SetParameters", {"parameters": sequence[Parameter]}, {"results": sequence[SetParametersResult]}),
+    "set_parameters_atomically": (
         "SetParametersAtomically", {"parameters": sequence[Parameter]}, {"result": SetParametersResult}
     ),
 }
+
+
+def service(name, asked, answered, header):
+    """Request and reply of a service; `header`: as rmw_cyclonedds has them, who asks and its number before the fields."""
+    kinds = []
+    for part, fields in [("Request", asked), ("Response", answered)]:
+        words = {"typename": f"rcl_interfaces.srv.dds_.{name}_{part}_"}
+        annotated = {"guid": uint64, "number": int64, **fields} if header else fields
+        kind = new_class(name + part, (IdlStruct,), words, lambda body: body.update(__annotations__=annotated))
+        kinds.append(annotations.final(dataclass(kind)))
+    return kinds
 
 
 # the same name on the wire, and nothing of an Imu in it

@@ -173,6 +173,24 @@ def parameters(arguments, config, ears, table, figures):
     table.line("ends after requests", code == 0, f"exit code {code}")
 
 
+def other_services(arguments, config, ears, table, figures):
+    """Requests without Cyclone's header, as Fast DDS and Connext send them."""
+    from messages import Parameter, ParameterValue
+    from services import Asker
+
+    node = Node(arguments.program, config, RMW_IMPLEMENTATION="rmw_fastrtps_cpp")
+    try:
+        ears.wait()
+        asker = Asker(ears.participant, header=False)
+        wanted = [Parameter("learn", ParameterValue(type=1)), Parameter("config", ParameterValue(type=4, string_value="/none.toml"))]
+        learn, missing = asker.ask("set_parameters", parameters=wanted).results
+        value = asker.ask("get_parameters", names=["learn"]).values[0]
+        good = learn.successful and not missing.successful and "/none.toml" in missing.reason and value.type == 1 and not value.bool_value
+        table.line("parameters without Cyclone's header", good, missing.reason)
+    finally:
+        node.stop()
+
+
 def restarts(arguments, config, ears, table, figures):
     state = config.with_name("state.json")
     options = ["--joints", "joint_states", "--state", state]
@@ -352,5 +370,6 @@ def soak(arguments, config, ears, table, figures):
 
 
 SCENARIOS = [
-    discovery, no_loss, latency, rest, odometry, parameters, restarts, clock, storm, malformed, two_of_one_name, reload,
+    discovery, no_loss, latency, rest, odometry, parameters, other_services, restarts, clock, storm, malformed,
+    two_of_one_name, reload,
 ]
