@@ -6,6 +6,7 @@ and without it.
 """
 
 import csv
+import json
 import math
 import pathlib
 import re
@@ -156,8 +157,8 @@ def ticks(low, high):
     return [i * step for i in range(first, math.floor(high / step) + 1)]
 
 
-def trace(title, x_label, lines):
-    """A panel of 640 by 200 pixels: lines of (colour, label, [(x, y)])."""
+def trace(title, x_label, lines, x_text="{:g}".format, y_text="{:g}".format):
+    """A panel of 640 by 200 pixels: lines of (colour, label, [(x, y)]). `x_text` and `y_text` write the numbers of the axes."""
     left, right, top, bottom = 76, 624, 34, 160
     xs = [x for _, _, points in lines for x, _ in points]
     ys = [y for _, _, points in lines for _, y in points]
@@ -176,9 +177,9 @@ def trace(title, x_label, lines):
         at_x -= 8 * len(label) + 12
     for y in ticks(y0, y1):
         _, py = at(x0, y)
-        out += [f'<line x1="{left}" x2="{right}" y1="{py:.1f}" y2="{py:.1f}" stroke="#E4E4E4"/>', text(left - 8, py + 5, f"{y:g}".replace("-", "−"), "end")]
+        out += [f'<line x1="{left}" x2="{right}" y1="{py:.1f}" y2="{py:.1f}" stroke="#E4E4E4"/>', text(left - 8, py + 5, y_text(y).replace("-", "−"), "end")]
     for x in ticks(x0, x1):
-        out.append(text(at(x, y0)[0], bottom + 18, f"{x:g}", "middle"))
+        out.append(text(at(x, y0)[0], bottom + 18, x_text(x), "middle"))
     out.append(text((left + right) / 2, 195, x_label, "middle"))
     for colour, _, points in lines:
         drawn = simplified([at(*p) for p in thinned(points, 500)], 0.3)
@@ -268,6 +269,21 @@ class Pictures:
                     best = (size, label, lines)
             self.save(f"effects/drive_{name}", trace(f"what it changes: {best[1]}", "time, s", best[2]))
 
+    def live(self):
+        """Latency and loss of the live node, as tests/ros/check.py measured them into data/live.json."""
+        found = json.loads((ROOT / "data/live.json").read_text())
+        power = lambda x: f"{10.0**x:g}"
+        lines = []
+        for colour, label, name in [(GREY, "Cyclone DDS to itself", "the same without the node"), (BLUE, "through the node", "latency at 1 kHz")]:
+            counts = found[name]["counts"]
+            # of a bin without a message: as if it had a tenth of one
+            shares = [math.log10(100 * max(n, 0.1) / sum(counts)) for n in counts]
+            lines.append((colour, label, [(-2 + 0.1 * (i + end), share) for i, share in enumerate(shares) for end in (0, 1)]))
+        self.save("live_latency", trace("messages, %", "latency, ms", lines, power, power))
+        lost = found["lost of each 1000 of a storm"]
+        steps = [(i + end, n / 10) for i, n in enumerate(lost) for end in (0, 1)]
+        self.save("live_storm", trace("lost, %", "thousands sent", [(BLUE, "", steps)]))
+
     def save(self, name, svg):
         path = OUT / f"{name}.svg"
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -282,3 +298,4 @@ if __name__ == "__main__":
         pictures.commands()
         pictures.rest()
         pictures.drives()
+        pictures.live()

@@ -4,7 +4,11 @@ from __future__ import annotations
 
 import os
 import signal
+import socket
+import subprocess
+import sys
 import time
+from collections.abc import Iterator
 from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
@@ -80,6 +84,52 @@ def test_logs_in_a_store_make_the_table_of_one(fleet: Path, tmp_path: Path) -> N
     assert len(few) == 5 and few[1].startswith("bucket/robot_3/13.csv"), few[:2]
     with ThreadPoolExecutor(1) as executor, pytest.raises(gyroid.FileError, match="no file"):
         gyroid.fleet.noise(executor, ["memory://nothing"], "memory://bucket/none.csv", parts=2)
+
+
+@pytest.fixture
+def s3(monkeypatch: pytest.MonkeyPatch) -> Iterator[Any]:
+    """Files of an S3 server, which is moto's; processes that are started find it by their environment."""
+    pytest.importorskip("moto")
+    s3fs: Any = pytest.importorskip("s3fs")
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    for name, value in [("ENDPOINT_URL", f"http://127.0.0.1:{port}"), ("ACCESS_KEY_ID", "us"), ("SECRET_ACCESS_KEY", "ours"), ("REGION", "eu-central-1")]:
+        monkeypatch.setenv(f"AWS_{name}", value)
+    with subprocess.Popen([sys.executable, "-m", "moto.server", "-p", str(port)], stderr=subprocess.DEVNULL) as server:
+        try:
+            # a cache of listings would not see what the workers write
+            store = s3fs.S3FileSystem(use_listings_cache=False, skip_instance_cache=True)
+            for _ in range(100):
+                try:
+                    store.mkdir("fleet-of-ours")
+                    break
+                except OSError:
+                    time.sleep(0.1)
+            yield store
+        finally:
+            server.kill()
+
+
+def test_logs_in_s3_make_the_table_of_one(fleet: Path, s3: Any, tmp_path: Path) -> None:
+    made = program("fit", fleet, *OPTIONS, "--results", tmp_path / "one.parquet")
+    assert made.returncode == 3, made.stderr
+    expected = pyarrow.parquet.read_table(tmp_path / "one.parquet").drop_columns(["path", "modified", "error"])
+    s3.put(str(fleet), "fleet-of-ours/logs", recursive=True)
+    address, table = "s3://fleet-of-ours/logs", "s3://fleet-of-ours/results/fleet.parquet"
+    with ProcessPoolExecutor(2, get_context("spawn")) as executor:
+        found = gyroid.fleet.fit(executor, [address], table, parts=5, options=OPTIONS, config=tmp_path / "fleet.toml")
+        assert (len(found["rows"]), found["failed"]) == (40, 4)
+        s3.get("fleet-of-ours/results/fleet.parquet", str(tmp_path / "many.parquet"))
+        assert pyarrow.parquet.read_table(tmp_path / "many.parquet").drop_columns(["path", "modified", "error"]).equals(expected)
+        assert s3.find("fleet-of-ours/results") == ["fleet-of-ours/results/fleet.parquet"]
+        assert (tmp_path / "fleet.toml").exists()
+        # a log that somebody else adds meanwhile is seen
+        s3.put(str(fleet / "robot_0" / "0.csv"), "fleet-of-ours/logs/robot_0/new.csv")
+        found = gyroid.fleet.fit(executor, [address], table, parts=5, options=OPTIONS)
+        assert len(found["rows"]) == 41
+        with pytest.raises(gyroid.FileError, match="no-such"):
+            gyroid.fleet.fit(executor, ["s3://no-such/logs"], table, parts=2)
 
 
 def test_effects_of_robots_are_told_by_processes(tmp_path: Path) -> None:

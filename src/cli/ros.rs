@@ -7,7 +7,7 @@ use clap::Args;
 #[cfg(feature = "ros2")]
 use gyroid::files::Plan;
 #[cfg(feature = "ros2")]
-use gyroid::ros::{self, Axis, Options, Signals, Topics};
+use gyroid::ros::{self, Axis, Gyro, Options, Signals, Topics};
 use gyroid::{Error, ErrorKind, Result};
 #[cfg(feature = "ros2")]
 use signal_hook::consts::{SIGINT, SIGTERM};
@@ -18,7 +18,7 @@ use std::time::Duration;
 /// Correct a gyro live, as a ROS 2 node that needs no ROS installation
 ///
 /// It subscribes sensor_msgs/Imu, subtracts the configuration's e(t) and what rest has taught of its deviation, and publishes the
-/// message with the rate about one axis corrected and its variance filled in. ~/bias has the bias with its variance, /diagnostics
+/// message with the rates about its axes corrected and their variances filled in. ~/bias has the bias with its variance, /diagnostics
 /// NIS and what arrives. It learns while the wheels stand (--joints or --odometry), or, without wheels, while the rate is no more
 /// than the stated white noise. All topics are BEST_EFFORT but /diagnostics. It reads CONFIG again when the file changes, and on
 /// SIGHUP. ros2 param set changes config, extrapolate and learn while it runs.
@@ -28,12 +28,14 @@ use std::time::Duration;
 #[command(after_help = "Examples:\n  \
     gyroid ros gyroid.toml --joints joint_states --state /var/lib/gyroid.json\n  \
     gyroid ros gyroid.toml --imu imu/raw --out imu/data --namespace /robot1\n  \
-    gyroid ros gyroid.toml --temperature imu/temperature --axis x")]
+    gyroid ros gyroid.toml --temperature imu/temperature --axis x\n  \
+    gyroid ros x.toml y.toml z.toml --axis x,y,z")]
 // help is the same without the feature
 #[cfg_attr(not(feature = "ros2"), allow(dead_code))]
 pub(crate) struct RosArgs {
-    /// Configuration (schema 1) with [gyro]
-    config: PathBuf,
+    /// Configurations (schema 1) with [gyro], one for each axis
+    #[arg(required = true, value_name = "CONFIG")]
+    configs: Vec<PathBuf>,
     /// Topic of sensor_msgs/Imu to correct; relative to the namespace, as all topics, but for a leading /
     #[arg(long, value_name = "TOPIC", default_value = "imu/data_raw")]
     imu: String,
@@ -52,9 +54,9 @@ pub(crate) struct RosArgs {
     /// Topic of sensor_msgs/Temperature of the gyro, for [gyro.temperature] [default: none, the gyro warms up by elapsed time]
     #[arg(long, value_name = "TOPIC")]
     temperature: Option<String>,
-    /// Axis of the IMU that CONFIG describes
-    #[arg(long, value_enum, default_value_t = AxisName::Z)]
-    axis: AxisName,
+    /// Axes of the IMU that the CONFIGs describe, in their order
+    #[arg(long, value_enum, value_delimiter = ',', default_value = "z")]
+    axis: Vec<AxisName>,
     /// Name of the node
     #[arg(long, value_name = "NAME", default_value = "gyroid")]
     name: String,
@@ -67,7 +69,8 @@ pub(crate) struct RosArgs {
     /// Time since power-on when the first message comes, s
     #[arg(long, value_name = "S", default_value_t = 0.0)]
     start_offset: f64,
-    /// File that keeps how warm the gyro is and what was learnt; read at the start, written every ten seconds and at the end
+    /// File that keeps how warm the gyro is and what was learnt; read at the start, written every ten seconds and at the end.
+    /// Of several axes each has its own: state.json is state.x.json and so on
     #[arg(long, value_name = "FILE")]
     state: Option<PathBuf>,
     /// The gyro was off since the run in --state, although the computer was not
@@ -100,13 +103,15 @@ enum AxisName {
 #[cfg(not(feature = "ros2"))]
 pub(crate) fn run(args: &RosArgs) -> Result<Outcome> {
     let found = "this gyroid was built without ROS 2";
-    let error = Error::new(ErrorKind::Usage, args.config.display(), found);
+    let error = Error::new(ErrorKind::Usage, "gyroid ros", found);
     Err(error.hint("build it with: cargo install --path . --features ros2"))
 }
 
 #[cfg(feature = "ros2")]
 pub(crate) fn run(args: &RosArgs) -> Result<Outcome> {
-    let plan = Plan::new().reads([&args.config]).updates("--state", &args.state).writes("--record", &args.record);
+    let options = args.options()?;
+    let states = options.gyros.iter().filter_map(|gyro| options.state_file(gyro.axis));
+    let plan = Plan::new().reads(&args.configs).updates("--state", states).writes("--record", &args.record);
     let output = Output::open(&Common { json: None, quiet: args.quiet, force: false }, "ros", plan)?;
     let signals = Signals::default();
     let mut watched = vec![(SIGINT, &signals.stop), (SIGTERM, &signals.stop)];
@@ -116,7 +121,7 @@ pub(crate) fn run(args: &RosArgs) -> Result<Outcome> {
         signal_hook::flag::register(signal, flag.clone())
             .map_err(|e| Error::new(ErrorKind::Io, "signals", e).hint("start it again"))?;
     }
-    ros::run(&args.options()?, &signals, &mut |text| output.say(text))?;
+    ros::run(&options, &signals, &mut |text| output.say(text))?;
     Ok(Outcome::Done)
 }
 
@@ -129,7 +134,7 @@ impl RosArgs {
             .transpose()
             .map_err(|e| Error::new(ErrorKind::Usage, "--duration", e).hint("give a positive number of seconds"))?;
         Ok(Options {
-            config: self.config.clone(),
+            gyros: self.gyros()?,
             topics: Topics {
                 imu: self.imu.clone(),
                 joints: self.joints.clone(),
@@ -138,11 +143,6 @@ impl RosArgs {
                 out: self.out.clone(),
             },
             wheels: self.wheels.clone(),
-            axis: match self.axis {
-                AxisName::X => Axis::X,
-                AxisName::Y => Axis::Y,
-                AxisName::Z => Axis::Z,
-            },
             name: self.name.clone(),
             namespace: self.namespace.clone(),
             domain: domain(self.domain)?,
@@ -154,6 +154,31 @@ impl RosArgs {
             record: self.record.clone(),
             duration,
         })
+    }
+
+    /// The axes with their configurations.
+    fn gyros(&self) -> Result<Vec<Gyro>> {
+        let wrong = |found| {
+            let hint = "name an axis for each configuration: gyroid ros x.toml z.toml --axis x,z";
+            Err(Error::new(ErrorKind::Usage, "--axis", found).hint(hint))
+        };
+        if self.axis.len() != self.configs.len() {
+            return wrong(format!("{} axes of {} configurations", self.axis.len(), self.configs.len()));
+        }
+        if (1..self.axis.len()).any(|k| self.axis[..k].contains(&self.axis[k])) {
+            return wrong("an axis is named twice".into());
+        }
+        let axis = |name: &AxisName| match name {
+            AxisName::X => Axis::X,
+            AxisName::Y => Axis::Y,
+            AxisName::Z => Axis::Z,
+        };
+        Ok(self
+            .axis
+            .iter()
+            .zip(&self.configs)
+            .map(|(name, file)| Gyro { axis: axis(name), config: file.clone() })
+            .collect())
     }
 }
 

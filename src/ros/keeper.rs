@@ -3,7 +3,7 @@
 use super::diagnostics;
 use super::messages::DiagnosticArray;
 use super::options::{Options, Signals, boot_id};
-use super::parameters::{self, CONFIG};
+use super::parameters;
 use super::report::Report;
 use super::services::{Keeps, Services};
 use crate::config::Config;
@@ -26,21 +26,26 @@ const KEEP_EVERY_S: f64 = 10.0;
 pub(super) struct Keeper<'a> {
     /// As the parameters have them now.
     options: Options,
-    /// As it was last read without an error.
-    config: Config,
+    gyros: Vec<Gyro>,
     signals: &'a Signals,
     publisher: Publisher<DiagnosticArray>,
     say: &'a mut (dyn FnMut(&str) + Send),
     reports: Receiver<Report>,
-    correctors: SyncSender<Box<Corrector>>,
-    /// When the configuration's file was last changed.
-    changed: Option<SystemTime>,
-    /// Why the configuration as it stands is not used.
-    refused: Option<String>,
-    /// The loop has not yet been handed a corrector by these options.
-    waits: bool,
+    correctors: SyncSender<(usize, Box<Corrector>)>,
     last: Option<Report>,
     kept_s: f64,
+}
+
+/// The configuration of a gyro.
+struct Gyro {
+    /// As it was last read without an error.
+    config: Config,
+    /// When its file was last changed.
+    changed: Option<SystemTime>,
+    /// Why the file as it stands is not used.
+    refused: Option<String>,
+    /// The loop has not yet been handed a corrector by it and the options.
+    waits: bool,
 }
 
 fn changed(path: &Path) -> Option<SystemTime> {
@@ -50,24 +55,27 @@ fn changed(path: &Path) -> Option<SystemTime> {
 impl<'a> Keeper<'a> {
     /// The keeper, and the loop's ends of the channels to and from it.
     pub(super) fn new(
-        (options, config): (&Options, &Config),
+        (options, configs): (&Options, Vec<Config>),
         signals: &'a Signals,
         publisher: Publisher<DiagnosticArray>,
         say: &'a mut (dyn FnMut(&str) + Send),
-    ) -> (Self, SyncSender<Report>, Receiver<Box<Corrector>>) {
+    ) -> (Self, SyncSender<Report>, Receiver<(usize, Box<Corrector>)>) {
         let (report, reports) = sync_channel(4);
-        let (correctors, renewed) = sync_channel(1);
+        let (correctors, renewed) = sync_channel(configs.len());
+        let gyros = options.gyros.iter().zip(configs).map(|(gyro, config)| Gyro {
+            config,
+            changed: changed(&gyro.config),
+            refused: None,
+            waits: false,
+        });
         let keeper = Self {
             options: options.clone(),
-            config: config.clone(),
+            gyros: gyros.collect(),
             signals,
             publisher,
             say,
             reports,
             correctors,
-            changed: changed(&options.config),
-            refused: None,
-            waits: false,
             last: None,
             kept_s: 0.0,
         };
@@ -83,21 +91,25 @@ impl<'a> Keeper<'a> {
                 Err(RecvTimeoutError::Disconnected) => return self.keep(),
             }
             services.answer(&mut self);
-            if self.waits {
-                // it was possible with the same options before
-                let _ = self.take_over(self.options.clone(), self.config.clone());
-            }
-            let now = changed(&self.options.config);
-            if self.signals.reload.swap(false, Ordering::Relaxed) || (now.is_some() && now != self.changed) {
-                self.changed = now;
-                self.reload();
+            let all = self.signals.reload.swap(false, Ordering::Relaxed);
+            for k in 0..self.gyros.len() {
+                if self.gyros[k].waits {
+                    // it was possible with the same options before
+                    let _ = self.take_over(self.options.clone(), vec![(k, self.gyros[k].config.clone())]);
+                }
+                let now = changed(&self.options.gyros[k].config);
+                if all || (now.is_some() && now != self.gyros[k].changed) {
+                    self.gyros[k].changed = now;
+                    self.reload(k);
+                }
             }
         }
     }
 
     fn reported(&mut self, report: Report) {
         report.notes.iter().for_each(|note| (self.say)(note));
-        let status = diagnostics::status(&self.options, &report, self.last.as_ref(), self.refused.as_deref());
+        let refused = self.gyros.iter().map(|gyro| gyro.refused.as_deref());
+        let status = diagnostics::status(&self.options, &report, self.last.as_ref(), refused);
         // who does not listen misses it
         let _ = self.publisher.publish(status);
         let now_s = report.now_s;
@@ -111,41 +123,54 @@ impl<'a> Keeper<'a> {
     }
 
     fn keep(&self) -> Result<()> {
-        let (Some(path), Some(corrector)) =
-            (&self.options.state, self.last.as_ref().and_then(|r| r.corrector.as_ref()))
-        else {
-            return Ok(());
-        };
-        corrector.saved(&boot_id()).write(path)
+        for (k, gyro) in self.options.gyros.iter().enumerate() {
+            if let (Some(path), Some(corrector)) = (self.options.state_file(gyro.axis), self.corrector(k)) {
+                corrector.saved(&boot_id()).write(&path)?;
+            }
+        }
+        Ok(())
     }
 
-    /// Reads the configuration anew.
-    fn reload(&mut self) {
-        match Config::read(&self.options.config).and_then(|config| self.take_over(self.options.clone(), config)) {
+    /// The corrector of gyro `k` in the last report.
+    fn corrector(&self, k: usize) -> Option<&Corrector> {
+        self.last.as_ref()?.gyros[k].as_ref().map(|gyro| &gyro.corrector)
+    }
+
+    /// Reads the configuration of gyro `k` anew.
+    fn reload(&mut self, k: usize) {
+        let file = self.options.gyros[k].config.clone();
+        match Config::read(&file).and_then(|config| self.take_over(self.options.clone(), vec![(k, config)])) {
             Ok(()) => {
-                self.refused = None;
-                (self.say)(&format!("{} was read again", self.options.config.display()));
+                self.gyros[k].refused = None;
+                (self.say)(&format!("{} was read again", file.display()));
             }
             Err(error) => {
                 (self.say)(&format!("{error}; the node goes on with what it read before"));
-                self.refused = Some(error.to_string());
+                self.gyros[k].refused = Some(error.to_string());
             }
         }
     }
 
-    /// Hands the loop a corrector by `options` and `config` that goes on where the last report was.
-    fn take_over(&mut self, options: Options, config: Config) -> Result<()> {
-        let before = self.last.as_ref().and_then(|r| r.corrector.as_ref());
-        let saved = before.map(|b| b.saved("this boot"));
-        let (stamp_ns, arrival_s) = before.map_or((0, 0.0), Corrector::last_sample);
-        let start = Start { stamp_ns, arrival_s, saved: saved.as_ref(), boot_id: "this boot", ..Start::default() };
-        let (corrector, notes) = Corrector::new(&config, options.settings(), &start)?;
-        // while nothing arrives the loop takes none up, and before the first sample it has none to replace
-        self.waits = before.is_none() || self.correctors.try_send(Box::new(corrector)).is_err();
-        if !self.waits {
-            notes.iter().for_each(|note| (self.say)(note));
+    /// Hands the loop correctors by `options` and the configurations of some gyros, that go on where the last report was.
+    fn take_over(&mut self, options: Options, configs: Vec<(usize, Config)>) -> Result<()> {
+        let mut made = Vec::new();
+        for (k, config) in configs {
+            let before = self.corrector(k);
+            let saved = before.map(|b| b.saved("this boot"));
+            let (stamp_ns, arrival_s) = before.map_or((0, 0.0), Corrector::last_sample);
+            let start = Start { stamp_ns, arrival_s, saved: saved.as_ref(), boot_id: "this boot", ..Start::default() };
+            let (corrector, notes) = Corrector::new(&config, options.settings(), &start)?;
+            made.push((k, config, corrector, notes));
         }
-        (self.options, self.config) = (options, config);
+        self.options = options;
+        for (k, config, corrector, notes) in made {
+            // while nothing arrives the loop takes none up, and before the first sample it has none to replace
+            let waits = self.corrector(k).is_none() || self.correctors.try_send((k, Box::new(corrector))).is_err();
+            if !waits {
+                notes.iter().for_each(|note| (self.say)(note));
+            }
+            (self.gyros[k].config, self.gyros[k].waits) = (config, waits);
+        }
         Ok(())
     }
 }
@@ -157,13 +182,20 @@ impl Keeps for Keeper<'_> {
 
     fn set(&mut self, wanted: &[Parameter]) -> std::result::Result<(), String> {
         let options = parameters::changed(&self.options, wanted)?;
-        let read = wanted.iter().any(|p| p.name == CONFIG);
-        // before it is read: a change that comes meanwhile is seen at the next look
-        let seen = changed(&options.config);
-        let config = if read { Config::read(&options.config) } else { Ok(self.config.clone()) };
-        config.and_then(|config| self.take_over(options, config)).map_err(|e| e.to_string())?;
-        if read {
-            (self.changed, self.refused) = (seen, None);
+        let read: Vec<_> = wanted.iter().filter_map(|p| parameters::config_of(&options, &p.name)).collect();
+        // before they are read: a change that comes meanwhile is seen at the next look
+        let seen: Vec<_> = read.iter().map(|k| changed(&options.gyros[*k].config)).collect();
+        // the other parameters are those of all gyros
+        let configs = self.gyros.iter().enumerate().filter(|(k, _)| read.len() < wanted.len() || read.contains(k));
+        let configs = configs.map(|(k, gyro)| {
+            let config =
+                if read.contains(&k) { Config::read(&options.gyros[k].config) } else { Ok(gyro.config.clone()) };
+            config.map(|config| (k, config))
+        });
+        let configs = configs.collect::<Result<Vec<_>>>();
+        configs.and_then(|configs| self.take_over(options, configs)).map_err(|e| e.to_string())?;
+        for (k, seen) in read.into_iter().zip(seen) {
+            (self.gyros[k].changed, self.gyros[k].refused) = (seen, None);
         }
         let names: Vec<_> = wanted.iter().map(|p| p.name.as_str()).collect();
         (self.say)(&format!("set by a request: {}", names.join(", ")));

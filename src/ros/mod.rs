@@ -25,4 +25,4 @@ mod wheels;
 mod wires;
 
 pub use node::run;
-pub use options::{Axis, Options, Signals, Topics};
+pub use options::{Axis, Gyro, Options, Signals, Topics};

@@ -2,9 +2,9 @@
 
 use super::keeper::Keeper;
 use super::messages::{Imu, TwistWithCovarianceStamped};
-use super::options::{Options, Signals, boot_id};
+use super::options::{self, Options, Signals, boot_id};
 use super::recorder::{Recorder, Tape};
-use super::report::{Counts, Report};
+use super::report::{self, Counts, Report};
 use super::services::Services;
 use super::wheels::{WheelJoints, WheelOdometry};
 use super::wires::{Wires, publish, reliable_qos};
@@ -29,26 +29,26 @@ const BIAS_EVERY_S: f64 = 0.1;
 /// Those of the configuration and of the state file; [`ErrorKind::Usage`] for names that are none in ROS 2; [`ErrorKind::Io`]
 /// where the network refuses.
 pub fn run(options: &Options, signals: &Signals, say: &mut (dyn FnMut(&str) + Send)) -> Result<()> {
-    let config = Config::read(&options.config)?;
-    let saved = options.state.as_deref().map(Saved::read).transpose()?.flatten();
+    let gyros = options.gyros.iter().map(|gyro| Gyro::new(options, gyro)).collect::<Result<Vec<_>>>()?;
+    let configs = gyros.iter().map(|gyro| gyro.config.clone()).collect();
     let mut wires = Wires::new(options)?;
     let services = Services::new(options, &mut wires.node)?;
     let diagnostics =
         publish(options, &mut wires.node, "/diagnostics", ["diagnostic_msgs", "DiagnosticArray"], &reliable_qos(10))?;
     say(&format!(
-        "{} corrects {} about {:?} and publishes {}",
+        "{} corrects {} about {} and publishes {}",
         wires.node.fully_qualified_name(),
         options.absolute(&options.topics.imu),
-        options.axis,
+        options.axes().join(", "),
         options.absolute(&options.topics.out)
     ));
     let recording = options.record.as_deref().map(|path| Recorder::new(path, options)).transpose()?;
     let (recorder, tape) = recording.unzip();
     std::thread::scope(|scope| {
         let recorded = recorder.map(|recorder| scope.spawn(move || recorder.run()));
-        let (keeper, reports, correctors) = Keeper::new((options, &config), signals, diagnostics, say);
+        let (keeper, reports, correctors) = Keeper::new((options, configs), signals, diagnostics, say);
         let kept = scope.spawn(move || keeper.run(&services));
-        let mut live = Loop::new(options, config, saved, (reports, correctors, tape));
+        let mut live = Loop::new(options, gyros, (reports, correctors, tape));
         let ran = live.run(&mut wires, signals);
         // the keeper ends when nobody reports any more
         drop(live);
@@ -67,24 +67,58 @@ fn joined(ended: std::thread::Result<Result<()>>) -> Result<()> {
 }
 
 type Reports = std::sync::mpsc::SyncSender<Report>;
-type Correctors = std::sync::mpsc::Receiver<Box<Corrector>>;
+type Correctors = std::sync::mpsc::Receiver<(usize, Box<Corrector>)>;
+
+/// A gyro, and its corrector from the first message on.
+struct Gyro {
+    /// Element of a vector.
+    axis: usize,
+    config: Config,
+    saved: Option<Saved>,
+    now: Option<report::Gyro>,
+}
+
+impl Gyro {
+    fn new(options: &Options, gyro: &options::Gyro) -> Result<Self> {
+        let saved = options.state_file(gyro.axis).as_deref().map(Saved::read).transpose()?.flatten();
+        Ok(Self { axis: gyro.axis as usize, config: Config::read(&gyro.config)?, saved, now: None })
+    }
+
+    /// Corrects the message's rate about this axis; `None` before there is a corrector.
+    fn correct(&mut self, message: &mut Imu, now_s: f64) -> Option<Corrected> {
+        let (gyro, axis) = (self.now.as_mut()?, self.axis);
+        let got = gyro.corrector.sample(message.header.stamp.ns(), now_s, message.angular_velocity[axis]);
+        gyro.last = Some(got);
+        message.angular_velocity[axis] = got.rate_rad_s;
+        let covariance = &mut message.angular_velocity_covariance;
+        (0..3).filter(|other| *other != axis).for_each(|other| {
+            covariance[3 * axis + other] = 0.0;
+            covariance[3 * other + axis] = 0.0;
+        });
+        covariance[4 * axis] = got.rate_variance_rad2_s2;
+        Some(got)
+    }
+
+    /// Axis, bias, rad/s, and its variance, (rad/s)².
+    fn bias(&self) -> Option<(usize, f64, f64)> {
+        let got = self.now.as_ref()?.last?;
+        Some((self.axis, got.bias_rad_s, got.bias_std_rad_s * got.bias_std_rad_s))
+    }
+}
 
 /// The loop's state.
 struct Loop<'a> {
     options: &'a Options,
     settings: Settings,
-    config: Config,
-    saved: Option<Saved>,
+    gyros: Vec<Gyro>,
     boot_id: String,
     begun: Instant,
-    corrector: Option<Corrector>,
     wheels: WheelJoints,
     odometry: WheelOdometry,
     counts: Counts,
     reports: Reports,
     correctors: Correctors,
     tape: Option<Tape>,
-    last: Option<Corrected>,
     reported_s: f64,
     bias_s: f64,
 }
@@ -92,25 +126,21 @@ struct Loop<'a> {
 impl<'a> Loop<'a> {
     fn new(
         options: &'a Options,
-        config: Config,
-        saved: Option<Saved>,
+        gyros: Vec<Gyro>,
         (reports, correctors, tape): (Reports, Correctors, Option<Tape>),
     ) -> Self {
         Self {
             options,
             settings: options.settings(),
-            config,
-            saved,
+            gyros,
             boot_id: if options.power_cut { String::new() } else { boot_id() },
             begun: Instant::now(),
-            corrector: None,
             wheels: WheelJoints::new(&options.wheels),
             odometry: WheelOdometry::default(),
             counts: Counts::default(),
             reports,
             correctors,
             tape,
-            last: None,
             reported_s: 0.0,
             bias_s: f64::NEG_INFINITY,
         }
@@ -156,7 +186,7 @@ impl<'a> Loop<'a> {
     fn turn(&mut self, wires: &Wires) -> Result<bool> {
         if let Some(joints) = &wires.joints {
             drain(joints, &mut self.counts.malformed, |message| {
-                heed(&mut self.corrector, self.wheels.stand(&message), self.begun);
+                heed(&mut self.gyros, self.wheels.stand(&message), self.begun);
                 if let Some(tape) = &mut self.tape {
                     tape.joints(message);
                 }
@@ -165,7 +195,7 @@ impl<'a> Loop<'a> {
         }
         if let Some(odometry) = &wires.odometry {
             drain(odometry, &mut self.counts.malformed, |message| {
-                heed(&mut self.corrector, self.odometry.stand(&message), self.begun);
+                heed(&mut self.gyros, self.odometry.stand(&message), self.begun);
                 if let Some(tape) = &mut self.tape {
                     tape.odometry(message);
                 }
@@ -175,8 +205,8 @@ impl<'a> Loop<'a> {
         if let Some(temperature) = &wires.temperature {
             drain(temperature, &mut self.counts.malformed, |message| {
                 let now_s = self.begun.elapsed().as_secs_f64();
-                if let Some(corrector) = &mut self.corrector {
-                    corrector.temperature(message.temperature, now_s);
+                for gyro in self.gyros.iter_mut().filter_map(|gyro| gyro.now.as_mut()) {
+                    gyro.corrector.temperature(message.temperature, now_s);
                 }
                 if let Some(tape) = &mut self.tape {
                     tape.temperature(message);
@@ -191,20 +221,18 @@ impl<'a> Loop<'a> {
     }
 
     fn imu(&mut self, mut message: Imu, wires: &Wires) -> Result<()> {
-        let (now_s, stamp_ns) = (self.now_s(), message.header.stamp.ns());
-        if self.corrector.is_none() {
-            self.begin(stamp_ns, now_s)?;
+        let now_s = self.now_s();
+        if self.gyros.iter().any(|gyro| gyro.now.is_none()) {
+            self.begin(message.header.stamp.ns(), now_s)?;
         }
-        if let Ok(renewed) = self.correctors.try_recv() {
-            self.corrector = Some(renewed.in_place_of(self.corrector.as_ref()));
+        while let Ok((k, renewed)) = self.correctors.try_recv() {
+            let before = self.gyros[k].now.take();
+            let corrector = renewed.in_place_of(before.as_ref().map(|b| &b.corrector));
+            self.gyros[k].now = Some(report::Gyro { corrector, last: before.and_then(|b| b.last) });
         }
-        let Some(corrector) = &mut self.corrector else { return Ok(()) };
-        let axis = self.options.axis as usize;
         if let Some(tape) = &mut self.tape {
             tape.raw(message);
         }
-        let got = corrector.sample(stamp_ns, now_s, message.angular_velocity[axis]);
-        message.angular_velocity[axis] = got.rate_rad_s;
         let covariance = &mut message.angular_velocity_covariance;
         // REP 145: -1 in the first element says that the quantity itself is missing, and zeros that its covariance is not known
         if covariance[0] < 0.0 {
@@ -213,13 +241,12 @@ impl<'a> Loop<'a> {
         if message.orientation == [0.0; 4] {
             message.orientation_covariance[0] = -1.0;
         }
-        (0..3).filter(|other| *other != axis).for_each(|other| {
-            covariance[3 * axis + other] = 0.0;
-            covariance[3 * other + axis] = 0.0;
-        });
-        covariance[4 * axis] = got.rate_variance_rad2_s2;
-        self.counts.add(&got);
-        self.last = Some(got);
+        self.counts.samples += 1;
+        for (k, gyro) in self.gyros.iter_mut().enumerate() {
+            if let Some(got) = gyro.correct(&mut message, now_s) {
+                self.counts.add(&got, k == 0);
+            }
+        }
         if wires.out.publish(message).is_err() {
             self.counts.unsent += 1;
         }
@@ -229,7 +256,8 @@ impl<'a> Loop<'a> {
         }
         if now_s - self.bias_s >= BIAS_EVERY_S {
             self.bias_s = now_s;
-            let bias = bias_message(&message, axis, &got);
+            let known = self.gyros.iter().filter_map(Gyro::bias);
+            let bias = TwistWithCovarianceStamped::of_gyro(message.header, known);
             if let Some(tape) = &mut self.tape {
                 tape.bias(bias);
             }
@@ -241,23 +269,27 @@ impl<'a> Loop<'a> {
     }
 
     fn begin(&mut self, stamp_ns: i64, arrival_s: f64) -> Result<()> {
-        let start = Start {
-            stamp_ns,
-            arrival_s,
-            since_power_on_s: self.options.since_power_on_s,
-            saved: self.saved.as_ref(),
-            boot_id: &self.boot_id,
-        };
-        let (corrector, notes) = Corrector::new(&self.config, self.settings, &start)?;
-        self.corrector = Some(corrector);
+        let mut notes: Vec<String> = Vec::new();
+        for gyro in &mut self.gyros {
+            let start = Start {
+                stamp_ns,
+                arrival_s,
+                since_power_on_s: self.options.since_power_on_s,
+                saved: gyro.saved.as_ref(),
+                boot_id: &self.boot_id,
+            };
+            let (corrector, said) = Corrector::new(&gyro.config, self.settings, &start)?;
+            gyro.now = Some(report::Gyro { corrector, last: None });
+            // the axes share their clock, and so most of what is to be said
+            notes.extend(said.into_iter().filter(|note| !notes.contains(note)).collect::<Vec<_>>());
+        }
         let _ = self.reports.send(Report { notes, ..self.snapshot() });
         Ok(())
     }
 
     fn snapshot(&self) -> Report {
         Report {
-            corrector: self.corrector.clone(),
-            last: self.last,
+            gyros: std::array::from_fn(|k| self.gyros.get(k).and_then(|gyro| gyro.now.clone())),
             counts: self.counts,
             now_s: self.now_s(),
             notes: Vec::new(),
@@ -281,10 +313,11 @@ impl Drop for Loop<'_> {
     }
 }
 
-/// Tells the corrector whether the wheels stand, where a message says so.
-fn heed(corrector: &mut Option<Corrector>, still: Option<bool>, begun: Instant) {
-    if let (Some(still), Some(corrector)) = (still, corrector) {
-        corrector.wheels(still, begun.elapsed().as_secs_f64());
+/// Tells the correctors whether the wheels stand, where a message says so.
+fn heed(gyros: &mut [Gyro], still: Option<bool>, begun: Instant) {
+    let Some(still) = still else { return };
+    for gyro in gyros.iter_mut().filter_map(|gyro| gyro.now.as_mut()) {
+        gyro.corrector.wheels(still, begun.elapsed().as_secs_f64());
     }
 }
 
@@ -302,8 +335,4 @@ fn drain<M: DeserializeOwned + 'static>(
         }
     }
     Ok(TURN)
-}
-
-fn bias_message(message: &Imu, axis: usize, got: &Corrected) -> TwistWithCovarianceStamped {
-    TwistWithCovarianceStamped::of_gyro(message.header, axis, got.bias_rad_s, got.bias_std_rad_s * got.bias_std_rad_s)
 }

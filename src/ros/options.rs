@@ -9,7 +9,7 @@ use std::time::Duration;
 /// Topic of the bias.
 pub(super) const BIAS: &str = "~/bias";
 
-/// Axis of the IMU that the configuration's gyro is.
+/// Axis of the IMU that a configuration's gyro is.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Axis {
     /// Forward.
@@ -18,6 +18,27 @@ pub enum Axis {
     Y,
     /// Upwards.
     Z,
+}
+
+impl Axis {
+    /// `x`, `y` or `z`.
+    #[must_use]
+    pub const fn name(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Z => "z",
+        }
+    }
+}
+
+/// A gyro of the IMU.
+#[derive(Debug, Clone)]
+pub struct Gyro {
+    /// Its axis.
+    pub axis: Axis,
+    /// File of its configuration, which is read again when it changes.
+    pub config: PathBuf,
 }
 
 /// Topics, relative to the namespace, absolute with a leading `/`, private with a leading `~/`.
@@ -38,14 +59,12 @@ pub struct Topics {
 /// How the node works.
 #[derive(Debug, Clone)]
 pub struct Options {
-    /// The configuration's file, which is read again when it changes.
-    pub config: PathBuf,
+    /// The gyros that are corrected, each of another axis.
+    pub gyros: Vec<Gyro>,
     /// Topics.
     pub topics: Topics,
     /// Names of the joints that are wheels; empty: all are.
     pub wheels: Vec<String>,
-    /// Axis of the gyro.
-    pub axis: Axis,
     /// The node's name.
     pub name: String,
     /// Its namespace, with a leading `/`.
@@ -58,7 +77,7 @@ pub struct Options {
     pub learn: bool,
     /// Time since power-on when the first sample comes, s.
     pub since_power_on_s: f64,
-    /// File that keeps how warm the gyro is over a restart.
+    /// File that keeps how warm the gyro is over a restart; of several gyros see [`Options::state_file`].
     pub state: Option<PathBuf>,
     /// The gyro was off between the runs, although the computer was not.
     pub power_cut: bool,
@@ -78,6 +97,22 @@ pub struct Signals {
 }
 
 impl Options {
+    /// File of the state of the gyro about `axis`: [`Options::state`], with the axis before its ending where there are several.
+    #[must_use]
+    pub fn state_file(&self, axis: Axis) -> Option<PathBuf> {
+        let file = self.state.as_ref()?;
+        if self.gyros.len() == 1 {
+            return Some(file.clone());
+        }
+        let named = file.with_extension(axis.name());
+        Some(file.extension().map_or_else(|| named.clone(), |ending| named.with_added_extension(ending)))
+    }
+
+    /// Names of the axes.
+    pub(super) fn axes(&self) -> Vec<&'static str> {
+        self.gyros.iter().map(|gyro| gyro.axis.name()).collect()
+    }
+
     /// The topic's absolute name.
     pub(super) fn absolute(&self, topic: &str) -> String {
         let namespace = self.namespace.trim_end_matches('/');

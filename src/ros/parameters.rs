@@ -1,22 +1,36 @@
 //! The node's parameters: what they are, and what a request changes of the options.
 
-use super::options::{Axis, Options};
+use super::options::Options;
 use ros2_client::parameters::raw::{self, Parameter};
 use ros2_client::parameters::{NumericRange, ParameterDescriptor, ParameterValue};
 use ros2_client::rcl_interfaces::ListParametersResult;
+use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
-/// The configuration's file.
-pub(super) const CONFIG: &str = "config";
+/// The configuration's file; of several gyros `config_x` and so on.
+const CONFIG: &str = "config";
 const EXTRAPOLATE: &str = "extrapolate";
 const LEARN: &str = "learn";
 
 /// A parameter: its name, value, description, and whether it is fixed while the node runs.
 struct Entry {
-    name: &'static str,
+    name: Cow<'static, str>,
     value: ParameterValue,
     about: &'static str,
     fixed: bool,
+}
+
+/// Name of the parameter that is the file of the configuration of the gyro `k`.
+fn config_name(options: &Options, k: usize) -> Cow<'static, str> {
+    match options.gyros.as_slice() {
+        [_] => CONFIG.into(),
+        gyros => format!("{CONFIG}_{}", gyros[k].axis.name()).into(),
+    }
+}
+
+/// The gyro whose configuration's file `name` is.
+pub(super) fn config_of(options: &Options, name: &str) -> Option<usize> {
+    (0..options.gyros.len()).find(|k| config_name(options, *k) == name)
 }
 
 /// All parameters in the order of their names.
@@ -24,12 +38,18 @@ fn entries(options: &Options) -> Vec<Entry> {
     let text = |text: &str| ParameterValue::String(text.into());
     let path = |path: &Path| ParameterValue::String(path.display().to_string());
     let topic = |topic: Option<&str>| text(&topic.map_or(String::new(), |t| options.absolute(t)));
-    let changes = |name, value, about| Entry { name, value, about, fixed: false };
-    let fixed = |name, value, about| Entry { name, value, about, fixed: true };
+    let changes = |name: &'static str, value, about| Entry { name: name.into(), value, about, fixed: false };
+    let fixed = |name: &'static str, value, about| Entry { name: name.into(), value, about, fixed: true };
+    let axes = options.axes().into_iter().map(String::from).collect();
     let topics = &options.topics;
-    vec![
-        fixed("axis", text(options.axis.name()), "axis of the IMU that is corrected"),
-        changes(CONFIG, path(&options.config), "file of the configuration; setting it reads the file"),
+    let configs = (0..options.gyros.len()).map(|k| Entry {
+        name: config_name(options, k),
+        value: path(&options.gyros[k].config),
+        about: "file of the configuration; setting it reads the file",
+        fixed: false,
+    });
+    let mut all = vec![
+        fixed("axis", ParameterValue::StringArray(axes), "axes of the IMU that are corrected"),
         changes(
             EXTRAPOLATE,
             ParameterValue::Boolean(options.extrapolate),
@@ -47,21 +67,24 @@ fn entries(options: &Options) -> Vec<Entry> {
             "topic of sensor_msgs/Temperature that is read; empty: none",
         ),
         fixed("wheels", ParameterValue::StringArray(options.wheels.clone()), "joints that are wheels; empty: all"),
-    ]
+    ];
+    all.extend(configs);
+    all.sort_by(|a, b| a.name.cmp(&b.name));
+    all
 }
 
 /// Values of the named parameters; of one that there is not, none.
 pub(super) fn get(options: &Options, names: &[String]) -> Vec<raw::ParameterValue> {
     let entries = entries(options);
     let of =
-        |name: &String| entries.iter().find(|e| e.name == name).map_or(ParameterValue::NotSet, |e| e.value.clone());
+        |name: &String| entries.iter().find(|e| e.name == *name).map_or(ParameterValue::NotSet, |e| e.value.clone());
     names.iter().map(|name| of(name).into()).collect()
 }
 
 /// Descriptions of the named parameters.
 pub(super) fn describe(options: &Options, names: &[String]) -> Vec<raw::ParameterDescriptor> {
     let entries = entries(options);
-    let of = |name: &String| match entries.iter().find(|e| e.name == name) {
+    let of = |name: &String| match entries.iter().find(|e| e.name == *name) {
         None => ParameterDescriptor::unknown(name),
         Some(entry) => ParameterDescriptor {
             name: name.clone(),
@@ -91,8 +114,8 @@ pub(super) fn changed(options: &Options, wanted: &[Parameter]) -> Result<Options
     let entries = entries(options);
     let mut options = options.clone();
     for Parameter { name, value } in wanted {
-        let Some(entry) = entries.iter().find(|e| e.name == name) else {
-            let names: Vec<_> = entries.iter().filter(|e| !e.fixed).map(|e| e.name).collect();
+        let Some(entry) = entries.iter().find(|e| e.name == *name) else {
+            let names: Vec<_> = entries.iter().filter(|e| !e.fixed).map(|e| &*e.name).collect();
             return Err(format!("there is no parameter {name}; {} can be set", names.join(", ")));
         };
         if entry.fixed {
@@ -102,21 +125,11 @@ pub(super) fn changed(options: &Options, wanted: &[Parameter]) -> Result<Options
             let kind = if matches!(entry.value, ParameterValue::String(_)) { "a string" } else { "a bool" };
             return Err(format!("{name} is {kind}"));
         }
-        match name.as_str() {
-            CONFIG => options.config = PathBuf::from(&value.string_value),
-            EXTRAPOLATE => options.extrapolate = value.boolean_value,
+        match (config_of(&options, name), name.as_str()) {
+            (Some(k), _) => options.gyros[k].config = PathBuf::from(&value.string_value),
+            (None, EXTRAPOLATE) => options.extrapolate = value.boolean_value,
             _ => options.learn = value.boolean_value,
         }
     }
     Ok(options)
-}
-
-impl Axis {
-    fn name(self) -> &'static str {
-        match self {
-            Self::X => "x",
-            Self::Y => "y",
-            Self::Z => "z",
-        }
-    }
 }

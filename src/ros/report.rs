@@ -18,10 +18,11 @@ pub(super) struct Counts {
 }
 
 impl Counts {
-    pub(super) fn add(&mut self, got: &Corrected) {
-        self.samples += 1;
+    /// Counts what a gyro's reading was; its stamp where it is the `first` of its message.
+    pub(super) fn add(&mut self, got: &Corrected, first: bool) {
         match got.flags.stamped {
             Stamped::Steady => {}
+            _ if !first => {}
             Stamped::Repeated => self.repeated += 1,
             Stamped::Overtaken => self.overtaken += 1,
             Stamped::Gap => self.gaps += 1,
@@ -32,10 +33,17 @@ impl Counts {
     }
 }
 
+/// A gyro and what was last made of its reading.
+#[derive(Clone)]
+pub(super) struct Gyro {
+    pub corrector: Corrector,
+    pub last: Option<Corrected>,
+}
+
 /// The loop's report.
 pub(super) struct Report {
-    pub corrector: Option<Corrector>,
-    pub last: Option<Corrected>,
+    /// In the order of the options; none before the first message.
+    pub gyros: [Option<Gyro>; 3],
     pub counts: Counts,
     /// By the loop's clock, s.
     pub now_s: f64,

@@ -1,5 +1,5 @@
 use super::messages::{Header, Imu, JointState, Odometry, Stamp, TwistWithCovarianceStamped};
-use super::options::{Axis, Options, Topics};
+use super::options::{Axis, Gyro, Options, Topics};
 use super::parameters;
 use super::wheels::{WheelJoints, WheelOdometry};
 use crate::ingest::{GyroQuery, read_gyro};
@@ -126,7 +126,7 @@ fn a_recording_is_a_log() {
 
 fn options(config: &Path) -> Options {
     Options {
-        config: config.to_path_buf(),
+        gyros: vec![Gyro { axis: Axis::Z, config: config.to_path_buf() }],
         topics: Topics {
             imu: "imu/data_raw".into(),
             joints: None,
@@ -135,7 +135,6 @@ fn options(config: &Path) -> Options {
             out: "imu/data".into(),
         },
         wheels: Vec::new(),
-        axis: Axis::Z,
         name: "gyroid".into(),
         namespace: "/robot".into(),
         domain: 0,
@@ -159,7 +158,7 @@ fn parameters_change_all_or_none() {
     let learn = || parameter("learn", ParameterValue::Boolean(false));
     let both = parameters::changed(&options, &[learn(), parameter("config", ParameterValue::String("b.toml".into()))]);
     let both = both.unwrap();
-    assert!(!both.learn && both.config == Path::new("b.toml") && both.extrapolate == options.extrapolate);
+    assert!(!both.learn && both.gyros[0].config == Path::new("b.toml") && both.extrapolate == options.extrapolate);
     for (bad, why) in [
         (parameter("imu", ParameterValue::String("/x".into())), "start the node anew"),
         (parameter("extrapolate", ParameterValue::Integer(1)), "is a bool"),
@@ -179,6 +178,24 @@ fn parameters_change_all_or_none() {
     assert_eq!(found.iter().map(|v| v.ptype).collect::<Vec<_>>(), [4, 4, 4, 0]);
     let fixed = parameters::describe(&options, &names);
     assert_eq!(fixed.iter().filter(|d| !d.read_only).count(), 3);
+}
+
+#[test]
+fn each_axis_has_its_configuration_and_its_state() {
+    let mut options = options(Path::new("z.toml"));
+    options.state = Some("/var/state.json".into());
+    assert_eq!(options.state_file(Axis::Z), options.state);
+    options.gyros.insert(0, Gyro { axis: Axis::X, config: "x.toml".into() });
+    let states = [Axis::X, Axis::Z].map(|axis| options.state_file(axis).unwrap());
+    assert_eq!(states, ["/var/state.x.json", "/var/state.z.json"].map(std::path::PathBuf::from));
+    options.state = Some("state".into());
+    assert_eq!(options.state_file(Axis::X).unwrap(), Path::new("state.x"));
+    let names = parameters::list(&options, &[]).names;
+    assert_eq!(names[..3], ["axis", "config_x", "config_z"]);
+    let other = |name: &str| parameters::changed(&options, &[parameter(name, ParameterValue::String("b.toml".into()))]);
+    let changed = other("config_z").unwrap();
+    assert_eq!([0, 1].map(|k| changed.gyros[k].config.to_str().unwrap()), ["x.toml", "b.toml"]);
+    assert!(other("config").unwrap_err().contains("there is no parameter config; config_x, config_z, extrapolate"));
 }
 
 #[test]

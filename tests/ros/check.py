@@ -114,6 +114,9 @@ def send(topic, rate_hz, count, options, matched, go):
         state = (1103515245 * state + 12345) % 2**31
         noise = (state / 2**31 - 0.5) * 12**0.5 * 1.5e-4 * rate_hz**0.5
         message = messages.imu(stamp0 + number / rate_hz + shift, number, bias + noise)
+        if options.get("axes"):
+            message.angular_velocity[0] += noise
+            message.angular_velocity[1] -= noise
         message.linear_acceleration[1] = float(time.monotonic_ns() % 2**50)
         writer.write(message)
         if joints is not None and number % 4 == 0:
@@ -168,7 +171,7 @@ class Ears:
         self.imu = reader("rt/imu/data", messages.Imu, messages.sensor_qos())
         self.bias = reader("rt/gyroid/bias", messages.TwistWithCovarianceStamped, messages.sensor_qos())
         self.diagnostics = reader("rt/diagnostics", messages.DiagnosticArray, messages.reliable_qos())
-        self.status, self.last_bias = None, None
+        self.status, self.statuses, self.last_bias = None, [], None
         # s between two looks at bias and diagnostics, for which the other messages wait
         self.look_every = 0.5
 
@@ -200,6 +203,7 @@ class Ears:
 
     def look(self):
         for message in self.diagnostics.take(100):
+            self.statuses = getattr(message, "status", self.statuses)
             for status in getattr(message, "status", []):
                 self.status = {"level": status.level, "message": status.message}
                 self.status |= {v.key: v.value for v in status.values}

@@ -229,7 +229,7 @@ impl<'a> Rows<'a> {
             if let Some(Corrected { rate, bias, error, std }) = &self.corrected {
                 let variance = std[k] * std[k];
                 to.put(rate, time_s, &imu(header(IMU), rates[k] - error[k], self.gyro_variance + variance))?;
-                to.put(bias, time_s, &TwistWithCovarianceStamped::of_gyro(header(IMU), 2, error[k], variance))?;
+                to.put(bias, time_s, &TwistWithCovarianceStamped::of_gyro(header(IMU), [(2, error[k], variance)]))?;
             }
         }
         if let Some(Joints { topic, speeds, radius_m, torques }) = &self.joints

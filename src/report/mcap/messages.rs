@@ -86,12 +86,12 @@ pub(crate) struct TwistWithCovarianceStamped {
 }
 
 impl TwistWithCovarianceStamped {
-    /// An error about one axis of a gyro (0: x), rad/s, with its variance; all else is not known.
-    pub(crate) fn of_gyro(header: Header, axis: usize, error_rad_s: f64, variance: f64) -> Self {
-        let mut angular = [0.0; 3];
-        angular[axis] = error_rad_s;
-        let mut known = [NOT_KNOWN; 6];
-        known[3 + axis] = variance;
+    /// Errors of a gyro: axis (0: x), error, rad/s, and its variance, (rad/s)²; all else is not known.
+    pub(crate) fn of_gyro(header: Header, errors: impl IntoIterator<Item = (usize, f64, f64)>) -> Self {
+        let (mut angular, mut known) = ([0.0; 3], [NOT_KNOWN; 6]);
+        for (axis, error_rad_s, variance) in errors {
+            (angular[axis], known[3 + axis]) = (error_rad_s, variance);
+        }
         Self { header, linear: [0.0; 3], angular, covariance: diagonal(known) }
     }
 }
