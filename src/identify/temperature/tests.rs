@@ -91,6 +91,15 @@ fn a_curvature_that_the_log_supports_is_found() {
 }
 
 #[test]
+fn two_temperatures_hold_no_parabola() {
+    // not exact in binary, so that their powers are rounded
+    let temperature: Vec<f64> = (0..2400).map(|i| if i / 300 % 2 == 0 { 21.3 } else { 27.9 }).collect();
+    let fit = fitted(&rates(&TRUE, &temperature, 0.0, 5), &temperature);
+    assert!(fit.curvature_rad_s_k2.is_none() && fit.curvature_p_value.is_none(), "{:?}", fit.curvature_p_value);
+    assert!(fit.found() && covers(&fit.sensitivity_rad_s_k, 3e-5), "{:?}", fit.sensitivity_rad_s_k);
+}
+
+#[test]
 fn noise_of_the_thermometer_is_known_for_what_it_does_to_the_slope() {
     let temperature = room(8000);
     let mut draw = Stream::new(11, 3);
