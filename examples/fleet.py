@@ -1,13 +1,15 @@
 """A fleet's logs on a local Dask cluster, one of whose workers is killed on the way, against one process.
 
-    python examples/fleet.py --out DIR [--command fit|noise|diagnose] [--logs 5000] [--workers 2] [--parts 50]
+    python examples/fleet.py --out DIR [--command fit|noise|diagnose] [--logs 5000] [--workers 2] [--parts 50] [--report FILE.html]
 
 Makes the logs in DIR/COMMAND, a tenth of them damaged, has them fitted, or their noise estimated, or their gap diagnosed, by one process
 and by the cluster, and compares the tables byte by byte. Prints both times, what a million logs would take by these figures, and how
-many tasks a second the scheduler hands out. Needs gyroid, distributed, numpy.
+many tasks a second the scheduler hands out. --report writes Dask's page of the run. Needs gyroid, distributed, numpy, and bokeh for the
+page.
 """
 
 import argparse
+import contextlib
 import os
 import shutil
 import signal
@@ -18,7 +20,7 @@ import time
 from pathlib import Path
 
 import numpy as np
-from distributed import Client, LocalCluster
+from distributed import Client, LocalCluster, performance_report
 
 import gyroid.fleet
 
@@ -88,6 +90,7 @@ def main():
     parser.add_argument("--logs", type=int, default=5000)
     parser.add_argument("--workers", type=int, default=2)
     parser.add_argument("--parts", type=int, default=50)
+    parser.add_argument("--report", type=Path)
     options = parser.parse_args()
     place, asked = options.out / options.command, OPTIONS[options.command]
     logs, one, many = (place / name for name in ("logs", "one.parquet", "many.parquet"))
@@ -106,7 +109,8 @@ def main():
         begin = time.perf_counter()
         before = [place / "sim.toml"] if drives else []
         work = getattr(gyroid.fleet, options.command)
-        found = work(client, *before, [logs], many, parts=options.parts, options=[*asked, "--jobs", "1"])
+        with performance_report(filename=options.report) if options.report else contextlib.nullcontext():
+            found = work(client, *before, [logs], many, parts=options.parts, options=[*asked, "--jobs", "1"])
         cluster_s = time.perf_counter() - begin
         thread.join()
         begin = time.perf_counter()

@@ -22,6 +22,12 @@ const LOOK: Duration = Duration::from_millis(200);
 /// Time between two writings of the state file, s: a sudden end loses so much of the warm-up's age.
 const KEEP_EVERY_S: f64 = 10.0;
 
+/// The loop's end of the channel to the keeper.
+pub(super) type Reports = SyncSender<Report>;
+
+/// The loop's end of the channel from the keeper: correctors by the gyro.
+pub(super) type Correctors = Receiver<(usize, Box<Corrector>)>;
+
 /// Keeps files and diagnostics.
 pub(super) struct Keeper<'a> {
     /// As the parameters have them now.
@@ -59,7 +65,7 @@ impl<'a> Keeper<'a> {
         signals: &'a Signals,
         publisher: Publisher<DiagnosticArray>,
         say: &'a mut (dyn FnMut(&str) + Send),
-    ) -> (Self, SyncSender<Report>, Receiver<(usize, Box<Corrector>)>) {
+    ) -> (Self, Reports, Correctors) {
         let (report, reports) = sync_channel(4);
         let (correctors, renewed) = sync_channel(configs.len());
         let gyros = options.gyros.iter().zip(configs).map(|(gyro, config)| Gyro {

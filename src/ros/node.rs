@@ -1,6 +1,6 @@
 //! The node: its topics, and the loop that takes up samples and gives them on.
 
-use super::keeper::Keeper;
+use super::keeper::{Correctors, Keeper, Reports};
 use super::messages::{Imu, TwistWithCovarianceStamped};
 use super::options::{self, Options, Signals, boot_id};
 use super::recorder::{Recorder, Tape};
@@ -65,9 +65,6 @@ fn joined(ended: std::thread::Result<Result<()>>) -> Result<()> {
         Err(Error::new(ErrorKind::Numeric, "a thread", "ended before its time").hint("report it as a fault of gyroid"))
     })
 }
-
-type Reports = std::sync::mpsc::SyncSender<Report>;
-type Correctors = std::sync::mpsc::Receiver<(usize, Box<Corrector>)>;
 
 /// A gyro, and its corrector from the first message on.
 struct Gyro {
