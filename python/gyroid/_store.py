@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import hashlib
 import json
 import os
@@ -9,7 +10,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -116,34 +117,39 @@ class Parts:
         if not _remote(self.folder):
             shutil.rmtree(self.folder)
             return
-        system, path = _system(self.folder)
-        if system.exists(path):
-            system.rm(path, recursive=True)
+        with _store(self.folder) as (system, path):
+            if system.exists(path):
+                system.rm(path, recursive=True)
 
 
-def _system(address: str) -> tuple[Any, str]:
-    """The file system of an address, and the path there."""
+@contextlib.contextmanager
+def _store(address: str) -> Iterator[tuple[Any, str]]:
+    """The file system of an address, and the path there; what goes wrong with it is told in our words."""
     try:
         from fsspec.core import url_to_fs  # type: ignore[import-untyped]
     except ImportError:
         raise Error("usage", address, None, "reading it needs fsspec", "pip install fsspec, with s3fs, gcsfs or adlfs") from None
-    system, path = url_to_fs(address)
-    return system, path
+    try:
+        # listings that are kept would not show what others wrote meanwhile
+        yield url_to_fs(address, use_listings_cache=False)
+    except Error:
+        raise
+    except Exception as error:  # each driver has its own
+        raise of_kind("io", address, None, f"{type(error).__name__}: {error}", "check the address, and what the store lets you do") from error
 
 
 def _files(address: str) -> dict[str, str]:
     """Paths of the files of an address, by their names within it, as ``--shard`` has them."""
-    system, path = _system(address)
-    if system.isfile(path):
-        return {PurePosixPath(path).name: path}
-    found = {str(PurePosixPath(file).relative_to(path)): str(file) for file in map(str, system.find(path))}
+    with _store(address) as (system, path):
+        if system.isfile(path):
+            return {PurePosixPath(path).name: path}
+        found = {str(PurePosixPath(file).relative_to(path)): str(file) for file in map(str, system.find(path))}
     shown = (name for name in found if not any(piece.startswith(".") for piece in name.split("/")))
     return {name: found[name] for name in shown if name.lower().endswith(_ENDINGS)}
 
 
 def _mirror(address: str, folder: str, part: int, parts: int) -> str:
     """Copies the files of a part into a folder; returns what the address is called there."""
-    system, _ = _system(address)
     files = _files(address)
     name = address.partition("://")[2].strip("/")
     alone = list(files) == [PurePosixPath(name).name]
@@ -152,7 +158,8 @@ def _mirror(address: str, folder: str, part: int, parts: int) -> str:
         if int(hashlib.sha256(within.encode()).hexdigest()[:16], 16) % parts == part - 1:
             to = os.path.join(folder, name) if alone else os.path.join(folder, name, within)
             os.makedirs(os.path.dirname(to), exist_ok=True)
-            system.get_file(path, to)
+            with _store(address) as (system, _):
+                system.get_file(path, to)
     return name
 
 
@@ -162,17 +169,17 @@ def _fetch(address: str, to: str) -> None:
         if os.path.exists(address):
             shutil.copy(address, to)
         return
-    system, path = _system(address)
-    if system.exists(path):
-        system.get_file(path, to)
+    with _store(address) as (system, path):
+        if system.exists(path):
+            system.get_file(path, to)
 
 
 def _keep(file: str, address: str) -> None:
     """Copies a file to a place where it is there whole or not at all."""
     if _remote(address):
-        system, path = _system(address)
-        system.makedirs(str(PurePosixPath(path).parent), exist_ok=True)
-        system.put_file(file, path)
+        with _store(address) as (system, path):
+            system.makedirs(str(PurePosixPath(path).parent), exist_ok=True)
+            system.put_file(file, path)
     else:
         shutil.copy(file, f"{address}.new")
         os.replace(f"{address}.new", address)
