@@ -247,6 +247,7 @@ def main():
     parser.add_argument("--quick", action="store_true", help="shorter runs: about a minute")
     parser.add_argument("--soak", type=float, metavar="S", help="nothing but so many seconds at 200 Hz, and the memory")
     parser.add_argument("--limit-ms", type=float, default=1.0, help="largest 99th percentile of the latency")
+    parser.add_argument("--only", nargs="+", default=[], metavar="SCENARIO", help="functions of scenarios.py")
     parser.add_argument("--json", type=pathlib.Path, help="figures, for the book")
     arguments = parser.parse_args()
     in_a_name_space()
@@ -257,7 +258,8 @@ def main():
         config = pathlib.Path(folder, "gyroid.toml")
         config.write_text(CONFIG.format(c2=C2))
         ears = Ears()
-        for scenario in [soak] if arguments.soak else SCENARIOS:
+        wanted = [soak] if arguments.soak else [s for s in SCENARIOS if not arguments.only or s.__name__ in arguments.only]
+        for scenario in wanted:
             try:
                 scenario(arguments, config, ears, table, figures)
             except Exception as error:  # a scenario that breaks is a line of the table, not the end of it
