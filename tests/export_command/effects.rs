@@ -1,7 +1,7 @@
 //! What `[[effect]]` tables change of an export, and what they hold that no key stands for.
 
 use super::{bare, close, exported, full, many, of, one, options};
-use gyroid::config::EffectTable;
+use gyroid::config::{Config, EffectTable};
 use gyroid::export::{Options, registry};
 
 fn table(id: &str, parameters: &[(&str, f64)]) -> EffectTable {
@@ -75,4 +75,15 @@ fn what_effects_change_goes_out_and_what_has_no_key_is_said() {
     }
     let c2 = config.gyro.as_ref().unwrap().c2_rad_s;
     close(many(&of(&config, "matlab"), "ConstantBias")[2], -1e-3 + c2 + 1e-4);
+}
+
+#[test]
+fn matlab_says_what_of_a_curve_is_lost() {
+    let full = std::fs::read_to_string(super::fixture("full.toml")).unwrap();
+    let [bend, lag] = ["bend_rad_s_per_c2 = 2.0e-6\n", "lag_s = 40.0\n"];
+    for (out, is_lost) in [(vec![], true), (vec![bend], true), (vec![lag], true), (vec![bend, lag], false)] {
+        let text = out.iter().fold(full.clone(), |text, line| text.replace(line, ""));
+        let notes = of(&Config::parse(&text, "full.toml").unwrap(), "matlab").notes;
+        assert_eq!(notes.iter().any(|n| n.contains("a straight line without lag")), is_lost, "without {out:?}");
+    }
 }

@@ -216,14 +216,6 @@ fn thermal_polynomials_repeat_the_fitted_curve() {
     let matlab = of(&full(), "matlab");
     let slope = (curve(25.001) - curve(24.999)) / 0.002;
     assert!((many(&matlab, "TemperatureBias")[2] - slope).abs() < 1e-12);
-    let lost = |config: &Config| of(config, "matlab").notes.iter().any(|n| n.contains("a straight line without lag"));
-    let bend_and_lag = "bend_rad_s_per_c2 = 2.0e-6\nlag_s = 40.0\n";
-    for (kept, is_lost) in
-        [(bend_and_lag, true), ("bend_rad_s_per_c2 = 2.0e-6\n", true), ("lag_s = 40.0\n", true), ("", false)]
-    {
-        let text = fs::read_to_string(fixture("full.toml")).unwrap().replace(bend_and_lag, kept);
-        assert_eq!(lost(&Config::parse(&text, "full.toml").unwrap()), is_lost, "{kept}");
-    }
     // counted from another temperature at power-on the same curve has another slope at 35 degC
     let warm = Options { power_on_temperature_c: Some(20.0), ..options() };
     close(one(&exported(&full(), "ardupilot", &warm).unwrap(), "INS_TCAL1_GYR1_Z"), 1e6 * (k + 2.0 * m * 15.0));
