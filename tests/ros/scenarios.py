@@ -75,7 +75,7 @@ def latency(arguments, config, ears, table, figures):
             table.line(name, limit is None or p99 < limit, text)
             # ten bins a decade from 10 us to 1 s
             log10_ms = numpy.linspace(-2.0, 3.0, 51)
-            counts = numpy.histogram(numpy.clip(numpy.log10(ms), -2.0, 3.0), log10_ms)[0]
+            counts = numpy.histogram(numpy.log10(numpy.clip(ms, 1e-2, 1e3)), log10_ms)[0]
             figures[name] = {"median_ms": median, "p99_ms": p99, "max_ms": most, "counts": counts.tolist()}
         missing = lost(heard, count)
         figures["lost of each second at 1 kHz"] = lost_of_each(1000, heard, count)
