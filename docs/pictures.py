@@ -272,13 +272,16 @@ class Pictures:
     def live(self):
         """Latency and loss of the live node, as tests/ros/check.py measured them into data/live.json."""
         found = json.loads((ROOT / "data/live.json").read_text())
-        power = lambda x: f"{10.0**x:g}"
+        power = lambda x: f"{10.0**x:.2g}"
+        pairs = [(GREY, "Cyclone DDS to itself", "the same without the node"), (BLUE, "through the node", "latency at 1 kHz")]
+        every = [(colour, label, found[name]["counts"]) for colour, label, name in pairs]
+        heard = [i for i in range(50) if any(counts[i] for _, _, counts in every)]
+        # a bin without a message lies at the lower edge
+        least = 0.1 / max(sum(counts) for _, _, counts in every)
         lines = []
-        for colour, label, name in [(GREY, "Cyclone DDS to itself", "the same without the node"), (BLUE, "through the node", "latency at 1 kHz")]:
-            counts = found[name]["counts"]
-            # of a bin without a message: as if it had a tenth of one
-            shares = [math.log10(100 * max(n, 0.1) / sum(counts)) for n in counts]
-            lines.append((colour, label, [(-2 + 0.1 * (i + end), share) for i, share in enumerate(shares) for end in (0, 1)]))
+        for colour, label, counts in every:
+            shares = [(i, math.log10(100 * max(counts[i] / sum(counts), least))) for i in range(heard[0], heard[-1] + 1)]
+            lines.append((colour, label, [(-2 + 0.1 * (i + end), share) for i, share in shares for end in (0, 1)]))
         self.save("live_latency", trace("messages, %", "latency, ms", lines, power, power))
         lost = found["lost of each 1000 of a storm"]
         steps = [(i + end, n / 10) for i, n in enumerate(lost) for end in (0, 1)]
