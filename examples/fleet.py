@@ -109,7 +109,7 @@ def main():
         begin = time.perf_counter()
         before = [place / "sim.toml"] if drives else []
         work = getattr(gyroid.fleet, options.command)
-        with performance_report(filename=options.report) if options.report else contextlib.nullcontext():
+        with performance_report(filename=options.report, mode="inline") if options.report else contextlib.nullcontext():
             found = work(client, *before, [logs], many, parts=options.parts, options=[*asked, "--jobs", "1"])
         cluster_s = time.perf_counter() - begin
         thread.join()

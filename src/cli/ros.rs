@@ -163,7 +163,7 @@ impl RosArgs {
             Err(Error::new(ErrorKind::Usage, "--axis", found).hint(hint))
         };
         if self.axis.len() != self.configs.len() {
-            return wrong(format!("{} axes of {} configurations", self.axis.len(), self.configs.len()));
+            return wrong(format!("{} named for {} configurations", self.axis.len(), self.configs.len()));
         }
         if (1..self.axis.len()).any(|k| self.axis[..k].contains(&self.axis[k])) {
             return wrong("an axis is named twice".into());
