@@ -101,7 +101,7 @@ enum AxisName {
 }
 
 #[cfg(not(feature = "ros2"))]
-pub(crate) fn run(args: &RosArgs) -> Result<Outcome> {
+pub(crate) fn run(_: &RosArgs) -> Result<Outcome> {
     let found = "this gyroid was built without ROS 2";
     let error = Error::new(ErrorKind::Usage, "gyroid ros", found);
     Err(error.hint("build it with: cargo install --path . --features ros2"))
