@@ -3,7 +3,7 @@
 //! ROS 1 packs its fields. ROS 2 writes CDR (OMG DDS-RTPS, 10): four bytes say the byte order, and each number is aligned
 //! to its own size, counted from there.
 
-use super::definition::{Field, LONGEST_ARRAY, Primitive, Shape};
+use super::definition::{Field, LONGEST_ARRAY, Primitive, Shape, numbers};
 use crate::ingest::formats::fill::Number;
 use crate::ingest::formats::scalar::Scalar;
 
@@ -26,7 +26,8 @@ pub(super) fn leaves(fields: &[Field]) -> Vec<(String, Primitive)> {
         match shape {
             Shape::Number(primitive) => out.push((name.to_string(), *primitive)),
             Shape::Struct(fields) => fields.iter().for_each(|f| of(&format!("{name}.{}", f.name), &f.shape, out)),
-            Shape::Array(element, n) if *n <= LONGEST_ARRAY => {
+            // short arrays of types of short arrays, without a number in the end, would be walked through for nothing
+            Shape::Array(element, n) if *n <= LONGEST_ARRAY && numbers(element) > 0 => {
                 (0..*n).for_each(|i| of(&format!("{name}[{i}]"), element, out));
             }
             Shape::Array(..) | Shape::Sequence(_) | Shape::Text | Shape::Wide => {}
@@ -250,6 +251,19 @@ mod tests {
         let mut out = Vec::new();
         Cursor::new(&[7, 8], Encoding::Packed).unwrap().walk(&fields, &mut |n| out.push(n)).unwrap();
         assert_eq!(out, [Number::Whole(7)]);
+    }
+
+    #[test]
+    fn arrays_of_arrays_of_nothing_have_no_names() {
+        let deep: String = (0..11).map(|i| format!("===\nMSG: p/A{i}\nA{}[8] a\n", i + 1)).collect();
+        for last in ["", "string s\n", "int8[] s\n"] {
+            let text = format!("A0 a\nfloat64 gyro\n{deep}===\nMSG: p/A11\n{last}");
+            let fields = parse("p/T", Some(&text), Generation::One).unwrap();
+            assert_eq!(leaves(&fields).len(), 1, "{last}");
+            let walked = Cursor::new(&[0; 64], Encoding::Packed).unwrap().walk(&fields, &mut |_| ());
+            // texts and sequences take bytes, of which there are too few
+            assert_eq!(walked.is_ok(), last.is_empty());
+        }
     }
 
     #[test]

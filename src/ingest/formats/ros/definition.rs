@@ -92,7 +92,7 @@ pub(in crate::ingest) fn parse(
 }
 
 /// Numbers of a shape that become columns.
-fn numbers(shape: &Shape) -> usize {
+pub(super) fn numbers(shape: &Shape) -> usize {
     match shape {
         Shape::Number(_) => 1,
         Shape::Struct(fields) => fields.iter().map(|f| numbers(&f.shape)).fold(0, usize::saturating_add),
