@@ -153,12 +153,12 @@ def _mirror(address: str, folder: str, part: int, parts: int) -> str:
     files = _files(address)
     name = address.partition("://")[2].strip("/")
     alone = list(files) == [PurePosixPath(name).name]
-    for within, path in files.items():
-        # gyroid::population::Shard
-        if int(hashlib.sha256(within.encode()).hexdigest()[:16], 16) % parts == part - 1:
-            to = os.path.join(folder, name) if alone else os.path.join(folder, name, within)
-            os.makedirs(os.path.dirname(to), exist_ok=True)
-            with _store(address) as (system, _):
+    with _store(address) as (system, _):
+        for within, path in files.items():
+            # gyroid::population::Shard
+            if int(hashlib.sha256(within.encode()).hexdigest()[:16], 16) % parts == part - 1:
+                to = os.path.join(folder, name) if alone else os.path.join(folder, name, within)
+                os.makedirs(os.path.dirname(to), exist_ok=True)
                 system.get_file(path, to)
     return name
 

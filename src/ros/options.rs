@@ -105,7 +105,10 @@ impl Options {
             return Some(file.clone());
         }
         let named = file.with_extension(axis.name());
-        Some(file.extension().map_or_else(|| named.clone(), |ending| named.with_added_extension(ending)))
+        Some(match file.extension() {
+            Some(ending) => named.with_added_extension(ending),
+            None => named,
+        })
     }
 
     /// Names of the axes.
