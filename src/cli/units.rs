@@ -12,7 +12,8 @@ pub(crate) struct UnitArgs {
     unit: Option<Regex>,
 }
 
-fn pattern(text: &str) -> Result<Regex, String> {
+/// A regular expression, or why it is none.
+pub(super) fn pattern(text: &str) -> Result<Regex, String> {
     Regex::new(text)
         .map_err(|e| e.to_string().lines().last().unwrap_or_default().trim_start_matches("error: ").to_string())
 }
@@ -23,5 +24,10 @@ pub(crate) fn of(args: &UnitArgs, path: &str) -> Option<String> {
         let folder = Path::new(path).parent().map(|p| p.display().to_string());
         return Some(folder.filter(|p| !p.is_empty()).unwrap_or_else(|| ".".into()));
     };
+    found(regex, path)
+}
+
+/// What `regex` finds in `path`: its first group if it has one.
+pub(super) fn found(regex: &Regex, path: &str) -> Option<String> {
     regex.captures(path).and_then(|c| c.get(1).or_else(|| c.get(0))).map(|m| m.as_str().to_string())
 }

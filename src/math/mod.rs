@@ -10,6 +10,7 @@ pub(crate) mod expression;
 pub(crate) mod lattice;
 pub(crate) mod legendre;
 pub(crate) mod minimum_phase;
+pub(crate) mod nested;
 pub(crate) mod outlying;
 pub(crate) mod phi;
 pub mod random;

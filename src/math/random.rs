@@ -1,7 +1,7 @@
 //! Random streams by explicit seed: the same (seed, stream) gives the same numbers on every machine and thread.
 
 use rand::SeedableRng;
-use rand_distr::{Distribution, StandardNormal};
+use rand_distr::{ChiSquared, Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 /// A generator of its own for each purpose: `stream` tells apart what is drawn under one `seed`.
@@ -35,6 +35,11 @@ impl Stream {
     #[inline]
     pub fn uniform(&mut self) -> f64 {
         rand::RngExt::random(&mut self.0)
+    }
+
+    /// One χ² deviate with `degrees` degrees of freedom; not a number where these are not positive.
+    pub(crate) fn chi_squared(&mut self, degrees: f64) -> f64 {
+        ChiSquared::new(degrees).map_or(f64::NAN, |law| law.sample(&mut self.0))
     }
 
     /// Shuffles in place (Fisher and Yates).

@@ -6,6 +6,8 @@
 //! all power-ons of the unit, its residual variance moderated in the same way. A unit that is as ever is found outside, or drifting, at
 //! most once in `per_year` power-ons (Bonferroni over gyros, parameters and both tests).
 
+use super::levels::{FleetLevels, Member};
+use super::quantity::{QUANTITIES, Quantity, observed};
 use super::row::Row;
 use super::variance_prior::VariancePrior;
 use crate::math::mean;
@@ -95,28 +97,6 @@ pub(crate) struct Tracked {
     pub in_days: bool,
     /// One a parameter; none where it was not judged.
     pub parameters: Vec<TrackedParameter>,
-}
-
-/// The quantities that are tracked: name, whether by logarithm, value and standard deviation.
-type Quantity = (&'static str, bool, fn(&Row) -> Option<[f64; 2]>);
-const QUANTITIES: [Quantity; 4] = [
-    ("c1_rad_s", false, |r| Some([r.c1_rad_s?, r.c1_std_rad_s?])),
-    ("c2_rad_s", false, |r| Some([r.c2_rad_s?, r.c2_std_rad_s?])),
-    ("time_constant_s", true, |r| Some([r.time_constant_s?, r.time_constant_std_s?])),
-    // the standard deviation of ln N by n differences of samples, 1/√(2 n)
-    ("angle_random_walk_rad_sqrt_s", true, |r| {
-        let n = r.angle_random_walk_rad_sqrt_s?;
-        Some([n, n / (2.0 * r.degrees_of_freedom.unwrap_or(1.0).max(1.0)).sqrt()])
-    }),
-];
-
-/// Value and standard deviation of a quantity in a row, through its logarithm where it has one; none where the row does not tell it.
-fn observed(quantity: &Quantity, row: &Row) -> Option<[f64; 2]> {
-    let told = row.source.error.is_none() && row.warm_up_found != Some(false) && row.identifiable != Some(false);
-    let [value, std] = (quantity.2)(row).filter(|_| told)?;
-    let seen = if quantity.1 { [value.ln(), std / value] } else { [value, std] };
-    // a parameter that was given has no spread
-    (seen.iter().all(|v| v.is_finite()) && std > 0.0).then_some(seen)
 }
 
 /// The power-ons of one gyro, in their order.
@@ -211,9 +191,14 @@ fn slope(x: &[f64], y: &[f64], prior: &VariancePrior) -> Option<[f64; 3]> {
     Some([slope, std, p_value])
 }
 
-/// Tracks every gyro of every unit of `rows`. `unit`: name of the unit of a row, none where it belongs to none. A unit that is as ever
-/// raises a false alarm at most once in `per_year` power-ons.
-pub(crate) fn track(rows: &[Row], unit: &dyn Fn(&Row) -> Option<String>, per_year: f64) -> Vec<Tracked> {
+/// Tracks every gyro of every unit of `rows`, and tells by what the power-ons of all differ. `unit`: name of the unit of a row, none where it
+/// belongs to none; `kind`: its type. A unit that is as ever raises a false alarm at most once in `per_year` power-ons.
+pub(crate) fn track(
+    rows: &[Row],
+    unit: &dyn Fn(&Row) -> Option<String>,
+    kind: &dyn Fn(&Row) -> Option<String>,
+    per_year: f64,
+) -> (Vec<Tracked>, Vec<FleetLevels>) {
     let mut named: BTreeMap<(String, &Option<String>, &str), Vec<&Row>> = BTreeMap::new();
     for row in rows {
         if let Some(unit) = unit(row) {
@@ -240,7 +225,16 @@ pub(crate) fn track(rows: &[Row], unit: &dyn Fn(&Row) -> Option<String>, per_yea
             }
         }
     }
-    gyros.iter().map(|g| tracked(g, &priors, level(g))).collect()
+    let all: Vec<Tracked> = gyros.iter().map(|g| tracked(g, &priors, level(g))).collect();
+    let mut members: BTreeMap<(&Option<String>, &str), Vec<Member<'_>>> = BTreeMap::new();
+    for (gyro, tracked) in gyros.iter().zip(&all) {
+        let last = if tracked.standing == Standing::Outside { gyro.rows.len() - 1 } else { gyro.rows.len() };
+        let counting = gyro.rows[..last].iter().zip(&gyro.counts).filter(|(_, counts)| **counts);
+        let of_gyro = counting.map(|(row, _)| Member { unit: &gyro.unit, kind: kind(row), row });
+        members.entry((&tracked.topic, &tracked.axis)).or_default().extend(of_gyro);
+    }
+    let levels = members.values().filter_map(|m| FleetLevels::of(m)).collect();
+    (all, levels)
 }
 
 fn tracked(gyro: &Gyro<'_>, priors: &[VariancePrior; 4], level: f64) -> Tracked {
@@ -342,6 +336,10 @@ mod tests {
         rows
     }
 
+    fn gyros(rows: &[Row], unit: &dyn Fn(&Row) -> Option<String>, per_year: f64) -> Vec<Tracked> {
+        track(rows, unit, &|_| None, per_year).0
+    }
+
     fn by_folder(row: &Row) -> Option<String> {
         row.source.path.split('/').nth(1).map(Into::into)
     }
@@ -358,7 +356,7 @@ mod tests {
         let (mut told, mut of) = (0, 0);
         for seed in 0..1000 {
             let (units, power_ons) = (1 + seed as usize % 12, 4 + seed as usize / 12 % 10);
-            let all = track(&fleet(units, power_ons, seed, |_, _| 0.0), &by_folder, 20.0);
+            let all = gyros(&fleet(units, power_ons, seed, |_, _| 0.0), &by_folder, 20.0);
             told += changed(&all).len();
             of += all.len();
         }
@@ -374,7 +372,7 @@ mod tests {
             5 => 0.3 * SPREAD * k as f64,
             _ => 0.0,
         });
-        let all = track(&rows, &by_folder, 365.0);
+        let all = gyros(&rows, &by_folder, 365.0);
         assert_eq!(changed(&all), ["2", "5"]);
         let [step, drift] = [&all[2], &all[5]];
         assert_eq!((step.standing, drift.standing), (Standing::Outside, Standing::Drifting));
@@ -392,22 +390,22 @@ mod tests {
     #[test]
     fn a_power_on_that_was_outside_is_no_history_and_a_copy_no_power_on() {
         let mut rows = fleet(6, 20, 4, |unit, k| if unit == 1 && (k == 12 || k == 19) { 10.0 * SPREAD } else { 0.0 });
-        let all = track(&rows, &by_folder, 365.0);
+        let all = gyros(&rows, &by_folder, 365.0);
         assert_eq!((changed(&all), all[1].set_aside), (vec!["1"], 1));
         let mut copy = rows[25].clone();
         copy.source.path = "fleet/1/copy.csv".into();
         rows.push(copy);
-        assert_eq!(track(&rows, &by_folder, 365.0)[1].power_ons, 20);
+        assert_eq!(gyros(&rows, &by_folder, 365.0)[1].power_ons, 20);
     }
 
     #[test]
     fn where_nothing_can_be_judged_it_says_why() {
-        let few = track(&fleet(2, 3, 5, |_, _| 0.0), &by_folder, 365.0);
+        let few = gyros(&fleet(2, 3, 5, |_, _| 0.0), &by_folder, 365.0);
         assert!(few.iter().all(|g| g.standing == Standing::TooFew));
         let mut rows = fleet(1, 6, 5, |_, _| 0.0);
         rows[5].source.error = Some("no time column".into());
-        let failed = &track(&rows, &by_folder, 365.0)[0];
+        let failed = &gyros(&rows, &by_folder, 365.0)[0];
         assert_eq!((failed.standing, failed.why.as_deref()), (Standing::NotJudged, Some("no time column")));
-        assert_eq!(track(&rows, &|_| None, 365.0), []);
+        assert_eq!(gyros(&rows, &|_| None, 365.0), []);
     }
 }

@@ -8,6 +8,7 @@ pub(crate) mod fit;
 mod fleet;
 mod gap;
 pub(crate) mod html;
+mod levels;
 pub(crate) mod mcap;
 mod noise;
 mod noise_table;

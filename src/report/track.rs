@@ -1,7 +1,8 @@
 //! The report of units over their power-ons: a line a gyro, and of each that changed the parameters that did.
 
+use super::levels::{self, words};
 use super::numbers::{equals, known_digits, probability, significant};
-use crate::population::{Standing, Tracked, TrackedParameter};
+use crate::population::{FleetLevels, Standing, Tracked, TrackedParameter};
 use serde_json::{Value, json};
 use std::fmt::Write;
 
@@ -10,20 +11,12 @@ use std::fmt::Write;
 pub(crate) struct TrackReport {
     /// One a unit, topic and axis.
     pub gyros: Vec<Tracked>,
+    /// By what the power-ons of all differ, one a topic and axis.
+    pub fleet: Vec<FleetLevels>,
     /// Power-ons in which a unit that is as ever raises at most one false alarm.
     pub per_year: f64,
     /// Rows whose path names no unit.
     pub without_unit: usize,
-}
-
-/// Symbol, unit and whether the slope is relative.
-pub(super) fn words(p: &TrackedParameter) -> (&'static str, &'static str, bool) {
-    match p.name {
-        "c1_rad_s" => ("C1", "rad/s", false),
-        "c2_rad_s" => ("C2", "rad/s", false),
-        "time_constant_s" => ("T", "s", true),
-        _ => ("N", "rad/√s", true),
-    }
 }
 
 /// The verdict in words.
@@ -39,7 +32,7 @@ pub(super) fn standing(gyro: &Tracked) -> &'static str {
 
 /// Change of one parameter, in a sentence; none where it is as ever.
 pub(super) fn finding(gyro: &Tracked, p: &TrackedParameter) -> Option<String> {
-    let (symbol, unit, relative) = words(p);
+    let (symbol, unit, relative) = words(p.name);
     let half = 0.5 * (p.interval[1] - p.interval[0]);
     let [value, low, high] = [p.value, p.interval[0], p.interval[1]].map(|v| known_digits(v, half));
     if p.outside {
@@ -114,6 +107,7 @@ impl TrackReport {
         if self.without_unit > 0 {
             let _ = writeln!(out, "{} rows are left out: --unit finds no unit in their paths", self.without_unit);
         }
+        levels::text(&self.fleet, &mut out);
         out
     }
 
@@ -122,10 +116,14 @@ impl TrackReport {
     pub(crate) fn json(&self) -> Value {
         json!({
             "gyros": self.gyros,
+            "fleet": self.fleet,
             "changed": self.changed().count(),
             "per_year": self.per_year,
             "rows_without_unit": self.without_unit,
-            "method": "last power-on against the earlier ones of its unit: moderated t (Smyth 2004), Bonferroni over gyros, parameters and tests",
+            "method": {
+                "gyros": "last power-on against the earlier ones of its unit: moderated t (Smyth 2004), Bonferroni over gyros, parameters and tests",
+                "fleet": "nested random effects: Paule-Mandel estimates, generalised confidence intervals",
+            },
         })
     }
 }

@@ -4,8 +4,9 @@ use super::document::{Document, Origin, Table, Tone};
 use crate::error::Result;
 use crate::population::{Tracked, TrackedParameter};
 use crate::report::TrackReport;
+use crate::report::levels::{self, words};
 use crate::report::plot::{Axis, Chart, palette};
-use crate::report::track::{finding, standing, words};
+use crate::report::track::{finding, standing};
 
 /// Most figures of a page.
 const FIGURES: usize = 12;
@@ -45,12 +46,21 @@ pub(crate) fn track_page(report: &TrackReport, origin: &Origin) -> Result<String
         ]);
     }
     page.table(&table);
+    for l in report.fleet.iter().filter(|l| !l.parameters.is_empty()) {
+        page.section(&levels::heading(l));
+        page.paragraph("How they differ, net of the logs' own errors, with 95 % intervals.");
+        let mut table = Table::new(["parameter", "", "size", "p without it"]);
+        levels::lines(l).into_iter().for_each(|line| table.row(line));
+        page.table(&table);
+        page.paragraph(&levels::belonging(l));
+        page.list(levels::apart(l));
+    }
     page.folded("The same as text", &report.text());
     page.finish(origin)
 }
 
 fn chart(gyro: &Tracked, p: &TrackedParameter) -> Chart {
-    let (symbol, unit, _) = words(p);
+    let (symbol, unit, _) = words(p.name);
     let x =
         if gyro.in_days { Axis::linear("Time since the first power-on", "d") } else { Axis::linear("Power-on", "") };
     let dots: Vec<[f64; 2]> = gyro.at.iter().zip(&p.history).filter_map(|(x, y)| Some([*x, (*y)?])).collect();
