@@ -275,13 +275,14 @@ class Pictures:
         power = lambda x: f"{10.0**x:.2g}"
         pairs = [(GREY, "Cyclone DDS to itself", "the same without the node"), (BLUE, "through the node", "latency at 1 kHz")]
         every = [(colour, label, found[name]["counts"]) for colour, label, name in pairs]
-        heard = [i for i in range(50) if any(counts[i] for _, _, counts in every)]
+        edges = found["latency at 1 kHz"]["edges_log10_ms"]
+        heard = [i for i in range(len(edges) - 1) if any(counts[i] for _, _, counts in every)]
         # a bin without a message lies at the lower edge
         least = 0.1 / max(sum(counts) for _, _, counts in every)
         lines = []
         for colour, label, counts in every:
             shares = [(i, math.log10(100 * max(counts[i] / sum(counts), least))) for i in range(heard[0], heard[-1] + 1)]
-            lines.append((colour, label, [(-2 + 0.1 * (i + end), share) for i, share in shares for end in (0, 1)]))
+            lines.append((colour, label, [(edges[i + end], share) for i, share in shares for end in (0, 1)]))
         self.save("live_latency", trace("messages, %", "latency, ms", lines, power, power))
         lost = found["lost of each 1000 of a storm"]
         steps = [(i + end, n / 10) for i, n in enumerate(lost) for end in (0, 1)]

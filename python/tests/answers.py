@@ -156,7 +156,7 @@ def of_the_program(folder: Path, config: str) -> list[tuple[str, str, Answer]]:
         ("merge", "Merge", ("merge", "fleet.parquet", "-o", "merged.csv")),
         ("merge", "Merge", ("merge", "fleet.parquet", "merged.csv", "-o", "again.csv", "--accept", "--config", "fleet.toml")),
         ("track", "Track", ("track", "fleet.parquet")),
-        ("track", "Track", ("track", "fleet.parquet", "--unit", "robot_[0-3]", "--per-year", 20)),
+        ("track", "Track", ("track", "fleet.parquet", "--unit", "robot_[0-3]", "--type", "robot_[01]", "--per-year", 20)),
         ("gap.diagnose", "GapDiagnose", ("gap", "diagnose", *gap, *patch)),
         ("gap.diagnose", "GapDiagnose", ("gap", "diagnose", *late)),
         ("inspect", "Inspect", ("inspect", logs / "d.csv")),
@@ -211,20 +211,20 @@ def of_drawn_logs(folder: Path) -> list[tuple[str, str, Answer]]:
 
 def fleet(folder: Path) -> None:
     """Logs of four robots, five power-ons each, a day apart, of which the last one of one robot is off; of a fifth robot, whose clock has no
-    date and whose last log shows no warm-up; and of a sixth that was switched on once."""
+    date and whose last log shows no warm-up; and of a sixth that was switched on once and does not belong to them."""
     rng = np.random.default_rng(2)
     t_s = np.arange(0.0, 300.0, 0.5)
 
     def write(robot: int, day: int, begin_s: float, c1: float, c2: float) -> None:
         rate = c2 + c1 * (1 - np.exp(-t_s / 40)) + 3e-4 * rng.normal(size=t_s.size)
-        rows = "".join(f"{begin_s + t},{r:.9f}\n" for t, r in zip(t_s, rate))
+        rows = "".join(f"{begin_s + t},{r:.9f},{20 + day}\n" for t, r in zip(t_s, rate))
         place = folder / f"robot_{robot}"
         place.mkdir(parents=True, exist_ok=True)
-        (place / f"{day}.csv").write_text(f"{'time_unix_s' if begin_s else 't_s'},gyro_z_rad_s\n{rows}")
+        (place / f"{day}.csv").write_text(f"{'time_unix_s' if begin_s else 't_s'},gyro_z_rad_s,temperature_c\n{rows}")
 
     for robot in range(6):
         for day in range(1 if robot == 5 else 5):
-            off = 5e-3 if (robot, day) == (1, 4) else 0.0
+            off = 5e-3 if (robot, day) == (1, 4) or robot == 5 else 0.0
             begin_s = 0.0 if robot == 4 else 1.7e9 + 86_400.0 * day
             write(robot, day, begin_s, 0.0 if (robot, day) == (4, 4) else 2e-3, -5e-3 + 1e-4 * rng.normal() + off)
 

@@ -120,10 +120,8 @@ impl TrackReport {
             "changed": self.changed().count(),
             "per_year": self.per_year,
             "rows_without_unit": self.without_unit,
-            "method": {
-                "gyros": "last power-on against the earlier ones of its unit: moderated t (Smyth 2004), Bonferroni over gyros, parameters and tests",
-                "fleet": "nested random effects: Paule-Mandel estimates, generalised confidence intervals",
-            },
+            "method": "last power-on against the earlier ones of its unit: moderated t (Smyth 2004), Bonferroni over gyros, parameters and tests; \
+                fleet: nested random effects, Paule-Mandel estimates, generalised confidence intervals",
         })
     }
 }

@@ -102,6 +102,7 @@ fn parts_that_do_not_belong_together_are_refused() {
         ("fit a.csv --shard 4/3 -o part.csv", "2/8"),
         ("track a.csv.results.csv --unit robot_(", "--unit"),
         ("track a.csv.results.csv --unit robot_([0-9]+)", "a.csv"),
+        ("track a.csv.results.csv --type rover_([0-9]+)", "--type"),
         ("track a.csv.results.csv --per-year 0", "per-year"),
     ] {
         let (code, _, err) = at(dir, line);
@@ -133,6 +134,16 @@ fn a_unit_that_changed_is_told_with_its_parameter_a_page_and_exit_code_3() {
     assert_eq!((changed["in_days"].as_bool(), changed["at"][6].as_f64()), (Some(true), Some(6.0)));
     let page = fs::read_to_string(dir.join("page.html")).unwrap();
     assert!(page.contains("C2 of fleet/robot_1") && page.contains("robot_3"));
+    // the robots differ from power-on to power-on alone, by 1e-4 rad/s; the one that was outside does not count
+    assert!(out.contains("27 power-ons of 4 units, 1 month\n") && page.contains("27 power-ons of 4 units"), "{out}");
+    let c2 = &told["fleet"][0]["parameters"][1];
+    let spreads = c2["between"].as_array().unwrap();
+    let ends = |k: usize| [0, 1].map(|end| spreads[k]["ci95"][end].as_f64().unwrap());
+    assert_eq!((spreads[0]["levels"][0].as_str(), spreads[0]["items"].as_u64()), (Some("power_on"), Some(27)));
+    assert_eq!((spreads[1]["levels"][1].as_str(), spreads[1]["items"].as_u64()), (Some("unit"), Some(4)));
+    assert!(ends(0)[0] < 1e-4 && 1e-4 < ends(0)[1] && ends(1)[0] < 2e-5, "{c2}");
+    let (_, out, _) = at(dir, "track fleet.csv --type robot_([0-1])");
+    assert!(out.contains("2 types") || out.contains("27 power-ons of 4 units,"), "{out}");
     // by a number in the path; the robots but that one are as ever
     let (code, out, _) = at(dir, "track fleet.csv --unit robot_([023])");
     assert!(code == 0 && out.contains("7 rows are left out") && out.contains("0 of 3"), "{out}");

@@ -76,7 +76,8 @@ def latency(arguments, config, ears, table, figures):
             # ten bins a decade from 10 us to 1 s
             log10_ms = numpy.linspace(-2.0, 3.0, 51)
             counts = numpy.histogram(numpy.log10(numpy.clip(ms, 1e-2, 1e3)), log10_ms)[0]
-            figures[name] = {"median_ms": median, "p99_ms": p99, "max_ms": most, "counts": counts.tolist()}
+            summary = {"median_ms": median, "p99_ms": p99, "max_ms": most}
+            figures[name] = {**summary, "edges_log10_ms": log10_ms.round(9).tolist(), "counts": counts.tolist()}
         missing = lost(heard, count)
         figures["lost of each second at 1 kHz"] = lost_of_each(1000, heard, count)
         # at 1 kHz two Python processes and a loaded machine may drop one
