@@ -3,6 +3,9 @@
 pub(crate) mod basis;
 pub(crate) mod binned;
 pub(crate) mod brent;
+#[cfg(test)]
+#[path = "../../tests/common/cases.rs"]
+pub(crate) mod cases;
 pub(crate) mod curvature;
 pub(crate) mod dct;
 pub(crate) mod distributions;

@@ -3,11 +3,11 @@
 //! A classifier by the five nearest of the other cases, in each column alone and in all together. The most that one of them
 //! gets right is held against the same with labels in random order.
 
-use super::drives::cases::cases;
 use crate::bench::folder::names;
 use crate::bench::worlds::{Label, Mix};
 use crate::bench::{Order, make};
 use crate::config::Kind;
+use crate::math::cases::cases;
 use crate::math::random::Stream;
 use std::collections::BTreeMap;
 use std::path::Path;

@@ -3,7 +3,6 @@
 //! `cargo test --lib bench::tests::drives battery -- --ignored --nocapture --test-threads 1` goes through more drives, and prints the
 //! coverage of the intervals and the false alarms.
 
-use super::cases::cases;
 use crate::config::{Config, EffectTable};
 use crate::effects::drive::{Driving, by_id, registry};
 use crate::effects::{Library, Parameters};
@@ -12,6 +11,7 @@ use crate::gap::drive::options::Options;
 use crate::gap::drive::record::Record;
 use crate::gap::selection::findings::Findings;
 use crate::gap::selection::sets::{Main, Part};
+use crate::math::cases::cases;
 use crate::math::random::Stream;
 use crate::signal::Log;
 use crate::simulate::{self, Course, drive_with};

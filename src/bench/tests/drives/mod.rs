@@ -1,7 +1,5 @@
 //! The diagnosis of drives: every effect, what is known of it, and what resembles it.
 
-#[path = "../../../../tests/common/cases.rs"]
-pub(super) mod cases;
 mod correction;
 mod effects;
 mod known;
