@@ -103,6 +103,7 @@ struct Solved {
     slope: f64,
     p_values: Vec<f64>,
     mean: f64,
+    /// Those of each level; none in a draw.
     items: Vec<Items>,
 }
 
@@ -168,10 +169,10 @@ fn varies(x: &[f64], grouping: &Grouping) -> bool {
 impl Model<'_> {
     /// All levels, from below: at the estimates, or at those of a draw.
     fn solved(&self, mut draw: Option<Stream>) -> Option<Solved> {
-        let mut items = vec![self.numbers.clone()];
-        let (mut std, mut p_values, mut slope) = (Vec::new(), Vec::new(), 0.0);
+        let mut own = self.numbers.clone();
+        let (mut std, mut p_values, mut slope, mut items) = (Vec::new(), Vec::new(), 0.0, Vec::new());
         for k in 0..self.levels.len() {
-            let (tau, p_value, mut within) = self.level(k, &items[k], &mut draw)?;
+            let (tau, p_value, mut within) = self.level(k, &own, &mut draw)?;
             if k == 0 {
                 slope = within.slope[0];
                 if let Some(stream) = &mut draw {
@@ -183,12 +184,15 @@ impl Model<'_> {
             }
             std.push(tau);
             p_values.push(p_value);
-            items.push(within.means);
+            let below = std::mem::replace(&mut own, within.means);
+            // two thousand draws of ten thousand numbers would be half a gigabyte
+            if draw.is_none() {
+                items.push(below);
+            }
         }
-        let top = items.pop()?;
-        let mut mean = top.y[0];
+        let mut mean = own.y[0];
         if let Some(stream) = &mut draw {
-            mean += stream.normal() * top.variance[0].sqrt();
+            mean += stream.normal() * own.variance[0].sqrt();
         }
         Some(Solved { std, slope, p_values, mean, items })
     }

@@ -94,7 +94,7 @@ pub(crate) fn spread<const P: usize>(observed: &[Observed<P>]) -> Option<Spread<
 ///
 /// Q is convex in τ², as the least over μ of functions convex in both: right of the root Newton's step does not pass it. Left of it a step on
 /// 1/Q is taken, which is a straight line where the errors are equal.
-pub(super) fn variance_where(
+pub(crate) fn variance_where(
     q: impl Fn(f64) -> Option<[f64; 2]>,
     target: f64,
     scale: f64,

@@ -31,12 +31,6 @@ pub(super) struct Member<'a> {
     pub row: &'a Row,
 }
 
-impl Member<'_> {
-    fn month(&self) -> Option<&str> {
-        self.row.source.started.as_deref()?.get(..7)
-    }
-}
-
 /// A slope, or a mean, with its 95 % interval.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub(crate) struct Known {
@@ -145,8 +139,8 @@ impl Partition {
     fn all(members: &[&Member<'_>]) -> Vec<Self> {
         let unit = |m: &&Member<'_>| (m.kind.clone(), m.unit.to_string());
         let mut given = vec![Self::by("power_on", 0..members.len())];
-        if members.iter().all(|m| m.month().is_some()) {
-            given.push(Self::by("month", members.iter().map(|m| (unit(m), m.month()))));
+        if members.iter().all(|m| m.row.month().is_some()) {
+            given.push(Self::by("month", members.iter().map(|m| (unit(m), m.row.month()))));
         }
         given.push(Self::by("unit", members.iter().map(unit)));
         given.push(Self::by("type", members.iter().map(|m| &m.kind)));
@@ -247,7 +241,7 @@ impl FleetLevels {
             topic: source.topic.clone(),
             axis: source.axis.clone(),
             power_ons: members.len(),
-            months: distinct(members.iter().map(Member::month).collect()),
+            months: distinct(members.iter().map(|m| m.row.month()).collect()),
             units: distinct(Some(members.iter().map(|m| m.unit).collect())).unwrap_or_default(),
             types: members
                 .iter()

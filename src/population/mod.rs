@@ -14,6 +14,7 @@
 mod axis;
 mod engine;
 mod find;
+mod history;
 mod levels;
 mod merge;
 mod noise_row;

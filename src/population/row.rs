@@ -175,6 +175,12 @@ impl Row {
         self.notes = (!notes.is_empty()).then(|| notes.join("; "));
     }
 
+    /// Year and month in which the log began, UTC; none where its clock has no date.
+    #[must_use]
+    pub(crate) fn month(&self) -> Option<&str> {
+        self.source.started.as_deref()?.get(..7)
+    }
+
     /// Estimates of (C1, C2, T) with their covariance, where all are known.
     #[must_use]
     pub(crate) fn estimates(&self) -> Option<([f64; 3], [[f64; 3]; 3])> {

@@ -1,23 +1,21 @@
-//! t = (y - ȳ)/(s √(1 + 1/m)),   s² = (d₀ s₀² + d s_u²)/(d₀ + d):  a power-on held against the earlier ones of its unit
+//! t = (y - ŷ)/(s √(1 + v)),   s² = (d₀ s₀² + d s_u²)/(d₀ + d):  a power-on held against the earlier ones of its unit
 //!
-//! y is C1, C2, ln T or ln N of the last power-on; ȳ and s_u² are mean and variance of the m earlier ones of that unit, d = m - 1. From few
-//! power-ons a variance is known badly. Units of a kind share a prior, s_u² ~ s₀² F(d, d₀), of which d₀ and s₀² come from all of them
-//! (Smyth, Stat. Appl. Genet. Mol. Biol. 3 (2004) 3, section 6.2): t is Student's with d₀ + d degrees of freedom. A drift is the slope of
-//! all power-ons of the unit, its residual variance moderated in the same way. A unit that is as ever is found outside, or drifting, at
-//! most once in `per_year` power-ons (Bonferroni over gyros, parameters and both tests).
+//! y is C1, C2, ln T or ln N of the last power-on; ŷ is its prediction by the m earlier ones of that unit, s² v the variance of that, s_u² their
+//! variance, d = m - 1. Where the months of a unit do not differ, ŷ is the mean and v is 1/m; where they do, power-ons of one month are
+//! correlated (`super::history`). From few power-ons a variance is known badly. Units of a kind share a prior, s_u² ~ s₀² F(d, d₀), of which
+//! d₀ and s₀² come from all of them (Smyth, Stat. Appl. Genet. Mol. Biol. 3 (2004) 3, section 6.2): t is Student's with d₀ + d degrees of
+//! freedom. A drift is the slope of all power-ons of the unit, its residual variance moderated in the same way. A unit that is as ever is
+//! found outside, or drifting, at most once in `per_year` power-ons (Bonferroni over gyros, parameters and both tests).
 
+use super::history::{FEWEST, PowerOn, held, month_ratio, slope, squares};
 use super::levels::{FleetLevels, Member};
 use super::quantity::{QUANTITIES, Quantity, observed};
 use super::row::Row;
 use super::variance_prior::VariancePrior;
-use crate::math::mean;
 use jiff::Timestamp;
 use serde::Serialize;
-use statrs::distribution::{ContinuousCDF, StudentsT};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Fewest earlier power-ons against which one is held.
-const FEWEST: usize = 3;
 /// Rounds in which power-ons that were outside at their time leave the history, and the prior is estimated again.
 const ROUNDS: usize = 3;
 /// Seconds of a day.
@@ -46,7 +44,7 @@ pub(crate) struct TrackedParameter {
     pub name: &'static str,
     /// Its estimate in the last power-on.
     pub value: f64,
-    /// Mean of the earlier ones; of T and N, the geometric one.
+    /// Mean of the earlier ones, and where months differ nearer to that of its own; of T and N, the geometric one.
     pub expected: f64,
     /// Interval that holds the value of a unit that is as ever, but for the agreed false alarms.
     pub interval: [f64; 2],
@@ -105,6 +103,8 @@ struct Gyro<'a> {
     rows: Vec<&'a Row>,
     at: Vec<f64>,
     in_days: bool,
+    /// Calendar month of each, counted from the first one that has power-ons.
+    months: Vec<usize>,
     /// Whether a power-on counts as history.
     counts: Vec<bool>,
 }
@@ -128,68 +128,42 @@ impl<'a> Gyro<'a> {
                 ((1..=rows.len()).map(|i| i as f64).collect(), false)
             }
         };
+        let mut months = vec![0; rows.len()];
+        for i in 1..rows.len() {
+            months[i] = months[i - 1] + usize::from(!in_days || rows[i].month() != rows[i - 1].month());
+        }
         let counts = vec![true; rows.len()];
-        Self { unit, rows, at, in_days, counts }
+        Self { unit, rows, at, in_days, months, counts }
     }
 
-    /// Observations of the power-ons before `end` that count.
-    fn before(&self, quantity: &Quantity, end: usize) -> Vec<[f64; 2]> {
-        let there = (0..end).filter(|i| self.counts[*i]);
-        there.filter_map(|i| observed(quantity, self.rows[i])).collect()
+    /// Power-on `i`, where it tells the quantity.
+    fn power_on(&self, quantity: &Quantity, i: usize) -> Option<PowerOn> {
+        Some(PowerOn { at: self.at[i], month: self.months[i], seen: observed(quantity, self.rows[i])? })
+    }
+
+    /// The power-ons before `end` that count.
+    fn before(&self, quantity: &Quantity, end: usize) -> Vec<PowerOn> {
+        (0..end).filter(|i| self.counts[*i]).filter_map(|i| self.power_on(quantity, i)).collect()
     }
 
     /// Whether power-on `k` was outside what those before it predict.
-    fn was_outside(&self, k: usize, priors: &[VariancePrior; 4], level: f64) -> bool {
-        QUANTITIES.iter().zip(priors).any(|(quantity, prior)| {
-            let today = observed(quantity, self.rows[k]);
-            today.and_then(|today| held(&self.before(quantity, k), today, prior, level)).is_some_and(|h| h.outside)
+    fn was_outside(&self, k: usize, priors: &Priors, level: f64) -> bool {
+        QUANTITIES.iter().zip(priors).any(|(quantity, (prior, ratio))| {
+            let today = self.power_on(quantity, k);
+            today
+                .and_then(|today| held(&self.before(quantity, k), &today, prior, self.ratio(*ratio), level))
+                .is_some_and(|h| h.outside)
         })
     }
-}
 
-/// A value held against earlier ones.
-struct Held {
-    mean: f64,
-    half_width: f64,
-    t: f64,
-    degrees: f64,
-    p_value: f64,
-    outside: bool,
-}
-
-fn held(earlier: &[[f64; 2]], [today, std]: [f64; 2], prior: &VariancePrior, level: f64) -> Option<Held> {
-    if earlier.len() < FEWEST {
-        return None;
+    /// Without dates there are no months.
+    fn ratio(&self, ratio: f64) -> f64 {
+        if self.in_days { ratio } else { 0.0 }
     }
-    let m = earlier.len() as f64;
-    let centre = mean(earlier.iter().map(|v| v[0]));
-    let squares: f64 = earlier.iter().map(|v| (v[0] - centre).powi(2)).sum();
-    let (variance, degrees) = prior.moderated(squares, m - 1.0);
-    // the variance holds the errors of the earlier estimates; a shorter log today errs by more
-    let more = (std * std - mean(earlier.iter().map(|v| v[1] * v[1]))).max(0.0);
-    let scale = (variance * (1.0 + 1.0 / m) + more).sqrt();
-    let t = (today - centre) / scale;
-    let (p_value, quantile) = student(t, degrees, level)?;
-    Some(Held { mean: centre, half_width: quantile * scale, t, degrees, p_value, outside: p_value < level })
 }
 
-/// Two-sided probability of as large a t, and its quantile at `level`.
-fn student(t: f64, degrees: f64, level: f64) -> Option<(f64, f64)> {
-    let law = StudentsT::new(0.0, 1.0, degrees).ok()?;
-    Some((2.0 * law.sf(t.abs()), -law.inverse_cdf(0.5 * level))).filter(|(p, _)| p.is_finite())
-}
-
-/// Slope of `y` over `x`, its standard deviation and the probability of as steep a one by chance.
-fn slope(x: &[f64], y: &[f64], prior: &VariancePrior) -> Option<[f64; 3]> {
-    let (mx, my) = (mean(x.iter().copied()), mean(y.iter().copied()));
-    let sxx: f64 = x.iter().map(|x| (x - mx).powi(2)).sum();
-    let slope = x.iter().zip(y).map(|(x, y)| (x - mx) * (y - my)).sum::<f64>() / sxx;
-    let left: f64 = x.iter().zip(y).map(|(x, y)| (y - my - slope * (x - mx)).powi(2)).sum();
-    let (variance, degrees) = prior.moderated(left, x.len() as f64 - 2.0);
-    let std = (variance / sxx).sqrt();
-    let (p_value, _) = student(slope / std, degrees, 0.5)?;
-    Some([slope, std, p_value])
-}
+/// Of each quantity, the prior of a unit's variance, and the variance between months over that between power-ons.
+type Priors = [(VariancePrior, f64); 4];
 
 /// Tracks every gyro of every unit of `rows`, and tells by what the power-ons of all differ. `unit`: name of the unit of a row, none where it
 /// belongs to none; `kind`: its type. A unit that is as ever raises a false alarm at most once in `per_year` power-ons.
@@ -199,33 +173,7 @@ pub(crate) fn track(
     kind: &dyn Fn(&Row) -> Option<String>,
     per_year: f64,
 ) -> (Vec<Tracked>, Vec<FleetLevels>) {
-    let mut named: BTreeMap<(String, &Option<String>, &str), Vec<&Row>> = BTreeMap::new();
-    for row in rows {
-        if let Some(unit) = unit(row) {
-            named.entry((unit, &row.source.topic, &row.source.axis)).or_default().push(row);
-        }
-    }
-    let mut gyros: Vec<Gyro<'_>> = named.into_iter().map(|((unit, ..), rows)| Gyro::new(unit, rows)).collect();
-    let mut of_unit: BTreeMap<String, f64> = BTreeMap::new();
-    gyros.iter().for_each(|g| *of_unit.entry(g.unit.clone()).or_default() += 1.0);
-    let level = |g: &Gyro<'_>| 1.0 / (per_year.max(1.0) * 2.0 * QUANTITIES.len() as f64 * of_unit[&g.unit]);
-    let mut priors = [VariancePrior::NONE; 4];
-    for _ in 0..ROUNDS {
-        priors = QUANTITIES.map(|quantity| {
-            let squares = gyros.iter().map(|g| {
-                let earlier = g.before(&quantity, g.rows.len() - 1);
-                let centre = mean(earlier.iter().map(|v| v[0]));
-                (earlier.iter().map(|v| (v[0] - centre).powi(2)).sum(), earlier.len() as f64 - 1.0)
-            });
-            VariancePrior::of(squares)
-        });
-        for gyro in &mut gyros {
-            for k in FEWEST..gyro.rows.len() - 1 {
-                gyro.counts[k] = !gyro.was_outside(k, &priors, level(gyro));
-            }
-        }
-    }
-    let all: Vec<Tracked> = gyros.iter().map(|g| tracked(g, &priors, level(g))).collect();
+    let (gyros, all) = judged(rows, unit, per_year);
     let mut members: BTreeMap<(&Option<String>, &str), Vec<Member<'_>>> = BTreeMap::new();
     for (gyro, tracked) in gyros.iter().zip(&all) {
         let last = if tracked.standing == Standing::Outside { gyro.rows.len() - 1 } else { gyro.rows.len() };
@@ -237,24 +185,53 @@ pub(crate) fn track(
     (all, levels)
 }
 
-fn tracked(gyro: &Gyro<'_>, priors: &[VariancePrior; 4], level: f64) -> Tracked {
+/// Every gyro with its last power-on against the earlier ones.
+fn judged<'a>(rows: &'a [Row], unit: &dyn Fn(&Row) -> Option<String>, per_year: f64) -> (Vec<Gyro<'a>>, Vec<Tracked>) {
+    let mut named: BTreeMap<(String, &Option<String>, &str), Vec<&Row>> = BTreeMap::new();
+    for row in rows {
+        if let Some(unit) = unit(row) {
+            named.entry((unit, &row.source.topic, &row.source.axis)).or_default().push(row);
+        }
+    }
+    let mut gyros: Vec<Gyro<'_>> = named.into_iter().map(|((unit, ..), rows)| Gyro::new(unit, rows)).collect();
+    let mut of_unit: BTreeMap<String, f64> = BTreeMap::new();
+    gyros.iter().for_each(|g| *of_unit.entry(g.unit.clone()).or_default() += 1.0);
+    let level = |g: &Gyro<'_>| 1.0 / (per_year.max(1.0) * 2.0 * QUANTITIES.len() as f64 * of_unit[&g.unit]);
+    let mut priors: Priors = [(VariancePrior::NONE, 0.0); 4];
+    for _ in 0..ROUNDS {
+        priors = QUANTITIES.map(|quantity| {
+            let earlier: Vec<Vec<PowerOn>> = gyros.iter().map(|g| g.before(&quantity, g.rows.len() - 1)).collect();
+            let dated = gyros.iter().zip(&earlier).filter(|(g, _)| g.in_days).map(|(_, all)| all.as_slice());
+            let ratio = month_ratio(dated);
+            (VariancePrior::of(gyros.iter().zip(&earlier).map(|(g, all)| squares(all, g.ratio(ratio)))), ratio)
+        });
+        for gyro in &mut gyros {
+            for k in FEWEST..gyro.rows.len() - 1 {
+                gyro.counts[k] = !gyro.was_outside(k, &priors, level(gyro));
+            }
+        }
+    }
+    let all: Vec<Tracked> = gyros.iter().map(|g| tracked(g, &priors, level(g))).collect();
+    (gyros, all)
+}
+
+fn tracked(gyro: &Gyro<'_>, priors: &Priors, level: f64) -> Tracked {
     let last = gyro.rows.len() - 1;
     let row = gyro.rows[last];
     let mut parameters = Vec::new();
-    for (quantity, prior) in QUANTITIES.iter().zip(priors) {
-        let Some(today) = observed(quantity, row) else { continue };
-        let Some(h) = held(&gyro.before(quantity, last), today, prior, level) else { continue };
-        let there = (0..=last)
-            .filter(|i| gyro.counts[*i])
-            .filter_map(|i| Some((gyro.at[i], observed(quantity, gyro.rows[i])?[0])));
-        let (x, y): (Vec<f64>, Vec<f64>) = there.unzip();
-        let [slope, slope_std, slope_p_value] = slope(&x, &y, prior).unwrap_or([0.0, f64::NAN, 1.0]);
+    for (quantity, (prior, ratio)) in QUANTITIES.iter().zip(priors) {
+        let ratio = gyro.ratio(*ratio);
+        let Some(today) = gyro.power_on(quantity, last) else { continue };
+        let Some(h) = held(&gyro.before(quantity, last), &today, prior, ratio, level) else { continue };
+        let counting = (0..=last).filter(|i| gyro.counts[*i]);
+        let all: Vec<PowerOn> = counting.filter_map(|i| gyro.power_on(quantity, i)).collect();
+        let [slope, slope_std, slope_p_value] = slope(&all, prior, ratio).unwrap_or([0.0, f64::NAN, 1.0]);
         let back = |v: f64| if quantity.1 { v.exp() } else { v };
         parameters.push(TrackedParameter {
             name: quantity.0,
-            value: back(today[0]),
-            expected: back(h.mean),
-            interval: [back(h.mean - h.half_width), back(h.mean + h.half_width)],
+            value: back(today.seen[0]),
+            expected: back(h.expected),
+            interval: [back(h.expected - h.half_width), back(h.expected + h.half_width)],
             t: h.t,
             degrees_of_freedom: h.degrees,
             p_value: h.p_value,
@@ -337,7 +314,7 @@ mod tests {
     }
 
     fn gyros(rows: &[Row], unit: &dyn Fn(&Row) -> Option<String>, per_year: f64) -> Vec<Tracked> {
-        track(rows, unit, &|_| None, per_year).0
+        judged(rows, unit, per_year).1
     }
 
     fn by_folder(row: &Row) -> Option<String> {
@@ -362,6 +339,50 @@ mod tests {
         }
         let (n, level) = (of as f64, 0.05);
         assert!((told as f64) < n * level + 4.0 * (n * level * (1.0 - level)).sqrt(), "{told} of {of}");
+    }
+
+    /// Five power-ons a month; C2 of each month of a unit is off by one of the normal deviates with `std`, and of unit `drifts` by a slope a day.
+    fn fleet_of_months(units: usize, months: usize, seed: u64, std: f64, drifts: Option<(usize, f64)>) -> Vec<Row> {
+        let mut draw = Stream::new(seed, 1);
+        let mut rows = fleet(units, 5 * months, seed, |_, _| 0.0);
+        let mut offsets: BTreeMap<(String, String), f64> = BTreeMap::new();
+        for row in &mut rows {
+            let (unit, k) = row.source.sha256.split_once(' ').unwrap();
+            let days = 6 * k.parse::<i64>().unwrap();
+            let started = Timestamp::from_second(1_700_000_000 + 86_400 * days).unwrap().to_string();
+            let slope = drifts.filter(|(of, _)| of.to_string() == unit).map_or(0.0, |(_, slope)| slope);
+            let key = (unit.to_string(), started[..7].to_string());
+            let off = *offsets.entry(key).or_insert_with(|| std * draw.normal()) + slope * days as f64;
+            row.c2_rad_s = row.c2_rad_s.map(|c2| c2 + off);
+            row.source.started = Some(started);
+        }
+        rows
+    }
+
+    /// 300 fleets of 1 to 10 units over 4 to 13 months, which differ by as much as power-ons do, or twice.
+    #[test]
+    fn months_that_differ_raise_no_more_false_alarms() {
+        for std in [SPREAD, 2.0 * SPREAD] {
+            let (mut told, mut of) = (0, 0);
+            for seed in 0..300 {
+                let (units, months) = (1 + seed as usize % 10, 4 + seed as usize / 10 % 10);
+                let all = gyros(&fleet_of_months(units, months, seed, std, None), &by_folder, 20.0);
+                told += changed(&all).len();
+                of += all.len();
+            }
+            let (n, level) = (of as f64, 0.05);
+            assert!((told as f64) < n * level + 4.0 * (n * level * (1.0 - level)).sqrt(), "{std}: {told} of {of}");
+        }
+    }
+
+    #[test]
+    fn a_drift_is_no_difference_of_months() {
+        let rows = fleet_of_months(6, 12, 9, 0.0, Some((2, SPREAD / 30.0)));
+        let all = gyros(&rows, &by_folder, 365.0);
+        assert_eq!((changed(&all), all[2].standing), (vec!["2"], Standing::Drifting));
+        // beside months that differ as much it takes a steeper one
+        let rows = fleet_of_months(6, 12, 9, SPREAD, Some((2, SPREAD / 10.0)));
+        assert_eq!(changed(&gyros(&rows, &by_folder, 365.0)), ["2"]);
     }
 
     #[test]

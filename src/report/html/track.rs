@@ -68,8 +68,8 @@ fn chart(gyro: &Tracked, p: &TrackedParameter) -> Chart {
     let last = dots.last().copied();
     Chart::new(x, Axis::linear(symbol, unit))
         .title(format!("{symbol} of {}, axis {}: {}", gyro.unit, gyro.axis, standing(gyro)))
-        .band("predicted for the last one", ends.map(|x| [x, p.interval[0], p.interval[1]]), palette::GREY, 0.2)
-        .at_y("mean of the earlier ones", p.expected, palette::GREY.stroke(1.5))
+        .band("interval for the last one", ends.map(|x| [x, p.interval[0], p.interval[1]]), palette::GREY, 0.2)
+        .at_y("predicted by the earlier ones", p.expected, palette::GREY.stroke(1.5))
         .dots("power-ons", dots, palette::BLUE, 3.0)
         .dots("the last one", last, palette::VERMILION, 5.0)
 }
