@@ -217,10 +217,12 @@ def fleet(folder: Path) -> None:
 
     def write(robot: int, day: int, begin_s: float, c1: float, c2: float) -> None:
         rate = c2 + c1 * (1 - np.exp(-t_s / 40)) + 3e-4 * rng.normal(size=t_s.size)
-        rows = "".join(f"{begin_s + t},{r:.9f},{20 + day}\n" for t, r in zip(t_s, rate))
+        # the clock without a date has no temperature beside it either
+        columns, warmth = ("time_unix_s,gyro_z_rad_s,temperature_c", f",{20 + day}") if begin_s else ("t_s,gyro_z_rad_s", "")
+        rows = "".join(f"{begin_s + t},{r:.9f}{warmth}\n" for t, r in zip(t_s, rate))
         place = folder / f"robot_{robot}"
         place.mkdir(parents=True, exist_ok=True)
-        (place / f"{day}.csv").write_text(f"{'time_unix_s' if begin_s else 't_s'},gyro_z_rad_s,temperature_c\n{rows}")
+        (place / f"{day}.csv").write_text(f"{columns}\n{rows}")
 
     for robot in range(6):
         for day in range(1 if robot == 5 else 5):
