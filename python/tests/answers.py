@@ -143,6 +143,7 @@ def of_the_program(folder: Path, config: str) -> list[tuple[str, str, Answer]]:
     fleet(folder / "fleet")
     many = ("--accept", "--draws", 99)
     run(folder, "fit", "fleet", *many, "--results", "fleet.parquet")
+    run(folder, "fit", "fleet/robot_4", *many, "--results", "no_temperature.parquet")
     run(folder, "noise", logs, "--draws", 99, "--results", "noises.parquet")
     (folder / "robots").mkdir()
     for robot in (1, 2):
@@ -154,6 +155,7 @@ def of_the_program(folder: Path, config: str) -> list[tuple[str, str, Answer]]:
         ("noise", "NoiseMany", ("noise", logs, "--draws", 99)),
         ("merge", "MergeNoise", ("merge", "noises.parquet", "-o", "noises.csv")),
         ("merge", "Merge", ("merge", "fleet.parquet", "-o", "merged.csv")),
+        ("merge", "Merge", ("merge", "no_temperature.parquet", "-o", "no_temperature.csv")),
         ("merge", "Merge", ("merge", "fleet.parquet", "merged.csv", "-o", "again.csv", "--accept", "--config", "fleet.toml")),
         ("track", "Track", ("track", "fleet.parquet")),
         ("track", "Track", ("track", "fleet.parquet", "--unit", "robot_[0-3]", "--type", "robot_[01]", "--per-year", 20)),
