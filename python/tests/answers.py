@@ -213,7 +213,7 @@ def of_drawn_logs(folder: Path) -> list[tuple[str, str, Answer]]:
 
 def fleet(folder: Path) -> None:
     """Logs of four robots, five power-ons each, a day apart, of which the last one of one robot is off; of a fifth robot, whose clock has no
-    date and whose last log shows no warm-up; and of a sixth that was switched on once and does not belong to them."""
+    date and whose last log shows no warm-up, as a middle one of the first shows none; and of a sixth that was switched on once and does not belong to them."""
     rng = np.random.default_rng(2)
     t_s = np.arange(0.0, 300.0, 0.5)
 
@@ -230,7 +230,7 @@ def fleet(folder: Path) -> None:
         for day in range(1 if robot == 5 else 5):
             off = 5e-3 if (robot, day) == (1, 4) or robot == 5 else 0.0
             begin_s = 0.0 if robot == 4 else 1.7e9 + 86_400.0 * day
-            write(robot, day, begin_s, 0.0 if (robot, day) == (4, 4) else 2e-3, -5e-3 + 1e-4 * rng.normal() + off)
+            write(robot, day, begin_s, 0.0 if (robot, day) in ((0, 2), (4, 4)) else 2e-3, -5e-3 + 1e-4 * rng.normal() + off)
 
 
 def run(folder: Path, *line: object) -> Answer:

@@ -6,7 +6,10 @@
 //!
 //! ρ is the variance between the months of a unit over that between the power-ons of a month. It comes from all gyros: σ² from within the months,
 //! ρ where the sum of squares of the months' means about a line of each gyro has its mean (Paule and Mandel, J. Res. NBS 87 (1982) 377).
-//! About lines, so that a gyro that drifts does not pass for one whose months differ. From three months on; else ρ is 0.
+//! About lines, so that a gyro that drifts steadily does not pass for one whose months differ. From three months on; else ρ is 0.
+//!
+//! Student's t has as many degrees of freedom as its variance is known by: σ² (ρ + 1/n), n power-ons a month, by those of the months about
+//! their lines, the rest of it by those within the months (Satterthwaite, Biometrics Bulletin 2 (1946) 110).
 
 use super::variance_prior::VariancePrior;
 use crate::math::mean;
@@ -94,20 +97,35 @@ pub(super) fn squares(all: &[PowerOn], rho: f64) -> (f64, f64) {
     (dot(&left, &own.solve(&left)), all.len() as f64 - 1.0)
 }
 
+/// Prediction of a power-on of `month` by `all`, and its variance over σ².
+fn predicted(all: &[PowerOn], month: usize, rho: f64) -> [f64; 2] {
+    let own = Correlated::new(all, rho);
+    // covariance of today's with the earlier ones
+    let with = own.of(|p| if p.month == month { rho } else { 0.0 });
+    let weight: f64 = own.weights.iter().sum();
+    let expected = own.mean(&own.of(|p| p.seen[0])) + dot(&with, &own.solve(&own.centred(|p| p.seen[0])));
+    let unknown_mean = (1.0 - dot(&with, &own.weights)).powi(2) / weight;
+    [expected, 1.0 + rho - dot(&with, &own.solve(&with)) + unknown_mean]
+}
+
 /// `today` held against those of `earlier`; none where these are too few.
-pub(super) fn held(earlier: &[PowerOn], today: &PowerOn, prior: &VariancePrior, rho: f64, level: f64) -> Option<Held> {
+pub(super) fn held(
+    earlier: &[PowerOn],
+    today: &PowerOn,
+    prior: &VariancePrior,
+    months: &Months,
+    level: f64,
+) -> Option<Held> {
     if earlier.len() < FEWEST {
         return None;
     }
-    let own = Correlated::new(earlier, rho);
-    let left = own.centred(|p| p.seen[0]);
-    let solved = own.solve(&left);
-    // covariance of today's with the earlier ones
-    let with = own.of(|p| if p.month == today.month { rho } else { 0.0 });
-    let expected = own.mean(&own.of(|p| p.seen[0])) + dot(&with, &solved);
-    let weight: f64 = own.weights.iter().sum();
-    let unit = 1.0 + rho - dot(&with, &own.solve(&with)) + (1.0 - dot(&with, &own.weights)).powi(2) / weight;
-    let (variance, degrees) = prior.moderated(dot(&left, &solved), earlier.len() as f64 - 1.0);
+    let rho = months.ratio;
+    let [expected, unit] = predicted(earlier, today.month, rho);
+    let step = 1e-4 * (1.0 + rho);
+    let growth = (predicted(earlier, today.month, rho + step)[1] - unit) / step;
+    let (squares, own_degrees) = squares(earlier, rho);
+    let (variance, degrees) = prior.moderated(squares, own_degrees);
+    let degrees = degrees.min(months.known_by(unit, growth));
     // the variance holds the errors of the earlier estimates; a shorter log today errs by more
     let more = (today.seen[1].powi(2) - mean(earlier.iter().map(|p| p.seen[1].powi(2)))).max(0.0);
     let scale = (variance * unit + more).sqrt();
@@ -122,46 +140,92 @@ fn student(t: f64, degrees: f64, level: f64) -> Option<(f64, f64)> {
     Some((2.0 * law.sf(t.abs()), -law.inverse_cdf(0.5 * level))).filter(|(p, _)| p.is_finite())
 }
 
-/// Slope over time, its standard deviation and the probability of as steep a one by chance.
-pub(super) fn slope(all: &[PowerOn], prior: &VariancePrior, rho: f64) -> Option<[f64; 3]> {
-    let own = Correlated::new(all, rho);
-    let [x, y] = [own.centred(|p| p.at), own.centred(|p| p.seen[0])];
-    let weighted = own.solve(&x);
-    let sxx = dot(&weighted, &x);
-    let slope = dot(&weighted, &y) / sxx;
-    let left: Vec<f64> = x.iter().zip(&y).map(|(x, y)| y - slope * x).collect();
-    let (variance, degrees) = prior.moderated(dot(&left, &own.solve(&left)), all.len() as f64 - 2.0);
-    let std = (variance / sxx).sqrt();
-    let (p_value, _) = student(slope / std, degrees, 0.5)?;
+/// Slope over time, its standard deviation and the probability of as steep a one by chance; none where all are of one time.
+pub(super) fn slope(all: &[PowerOn], prior: &VariancePrior, months: &Months) -> Option<[f64; 3]> {
+    let fitted = |rho: f64| {
+        let own = Correlated::new(all, rho);
+        let [x, y] = [own.centred(|p| p.at), own.centred(|p| p.seen[0])];
+        let weighted = own.solve(&x);
+        let sxx = dot(&weighted, &x);
+        let slope = dot(&weighted, &y) / sxx;
+        let left: Vec<f64> = x.iter().zip(&y).map(|(x, y)| y - slope * x).collect();
+        [slope, 1.0 / sxx, dot(&left, &own.solve(&left))]
+    };
+    let rho = months.ratio;
+    let [slope, unit, squares] = fitted(rho);
+    let step = 1e-4 * (1.0 + rho);
+    let growth = (fitted(rho + step)[1] - unit) / step;
+    let (variance, degrees) = prior.moderated(squares, all.len() as f64 - 2.0);
+    let std = (variance * unit).sqrt();
+    let (p_value, _) = student(slope / std, degrees.min(months.known_by(unit, growth)), 0.5)?;
     Some([slope, std, p_value])
 }
 
-/// ρ of the power-ons of all gyros.
-pub(super) fn month_ratio<'a>(gyros: impl Iterator<Item = &'a [PowerOn]>) -> f64 {
-    let (mut squares, mut degrees) = (0.0, 0.0);
-    // time, value and number of power-ons of each month of each gyro
-    let mut months: Vec<Vec<[f64; 3]>> = Vec::new();
-    for all in gyros {
-        let mut own: Vec<[f64; 3]> = Vec::new();
-        for month in all.chunk_by(|a, b| a.month == b.month) {
-            let [at, y] = [0, 1].map(|k| mean(month.iter().map(|p| if k == 0 { p.at } else { p.seen[0] })));
-            squares += month.iter().map(|p| (p.seen[0] - y).powi(2)).sum::<f64>();
-            degrees += month.len() as f64 - 1.0;
-            own.push([at, y, month.len() as f64]);
+/// By how much the months of a unit differ, and how well that is known.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Months {
+    /// ρ.
+    pub ratio: f64,
+    /// Degrees of freedom within the months, and of the months about their lines; unbounded where there are no months.
+    degrees: [f64; 2],
+    /// 1/n: the mean of the months' reciprocal numbers of power-ons.
+    share: f64,
+}
+
+impl Months {
+    /// Power-ons are independent.
+    pub(super) const NONE: Self = Self { ratio: 0.0, degrees: [f64::INFINITY; 2], share: 0.0 };
+
+    /// Of the power-ons of all gyros.
+    pub(super) fn of<'a>(gyros: impl Iterator<Item = &'a [PowerOn]>) -> Self {
+        let (mut squares, mut within) = (0.0, 0.0);
+        // time, value and number of power-ons of each month of each gyro
+        let mut months: Vec<Vec<[f64; 3]>> = Vec::new();
+        for all in gyros {
+            let parts = all.chunk_by(|a, b| a.month == b.month);
+            let own: Vec<[f64; 3]> = parts
+                .clone()
+                .map(|month| {
+                    [mean(month.iter().map(|p| p.at)), mean(month.iter().map(|p| p.seen[0])), month.len() as f64]
+                })
+                .collect();
+            if own.len() < 3 {
+                continue;
+            }
+            // about one slope of all months: that of a drift
+            let mut sums = [0.0; 3];
+            for (month, [at, y, _]) in parts.zip(&own) {
+                for p in month {
+                    let [x, y] = [p.at - at, p.seen[0] - y];
+                    sums = [sums[0] + x * x, sums[1] + x * y, sums[2] + y * y];
+                }
+            }
+            let degrees = all.len() as f64 - own.len() as f64 - 1.0;
+            if degrees > 0.0 && sums[0] > 0.0 {
+                squares += (sums[2] - sums[1] * sums[1] / sums[0]).max(0.0);
+                within += degrees;
+            }
+            months.push(own);
         }
-        months.push(own);
+        let about = months.iter().map(|own| own.len() as f64 - 2.0).sum::<f64>();
+        if !(within > 0.0 && squares > 0.0 && about > 0.0) {
+            return Self::NONE;
+        }
+        let variance = squares / within;
+        let q = |rho: f64| {
+            let all = months.iter().map(|own| about_a_line(own, rho));
+            Some(all.fold([0.0; 2], |[q, by], [own, own_by]| [q + own / variance, by + own_by / variance]))
+        };
+        let ratio = variance_where(q, about, 1.0, TOLERANCE).filter(|rho| rho.is_finite()).unwrap_or(0.0);
+        let shares: Vec<f64> = months.iter().flatten().map(|m| 1.0 / m[2]).collect();
+        Self { ratio, degrees: [within, about], share: mean(shares.iter().copied()) }
     }
-    months.retain(|own| own.len() > 2);
-    let target = months.iter().map(|own| own.len() as f64 - 2.0).sum::<f64>();
-    if !(degrees > 0.0 && squares > 0.0 && target > 0.0) {
-        return 0.0;
+
+    /// Degrees of freedom of a variance `unit` σ² that grows with ρ by `growth` σ².
+    fn known_by(&self, unit: f64, growth: f64) -> f64 {
+        let between = growth * (self.ratio + self.share);
+        unit * unit / ((unit - between).powi(2) / self.degrees[0] + between * between / self.degrees[1])
     }
-    let variance = squares / degrees;
-    let q = |rho: f64| {
-        let all = months.iter().map(|own| about_a_line(own, rho));
-        Some(all.fold([0.0; 2], |[q, by], [own, own_by]| [q + own / variance, by + own_by / variance]))
-    };
-    variance_where(q, target, 1.0, TOLERANCE).filter(|rho| rho.is_finite()).unwrap_or(0.0)
 }
 
 /// Squares of months about their line, weighted by 1/(1/n + ρ), and the derivative by ρ.
@@ -175,4 +239,79 @@ fn about_a_line(months: &[[f64; 3]], rho: f64) -> [f64; 2] {
         let (w, left) = (weight(m), m[1] - y - slope * (m[0] - x));
         [q + w * left * left, by - (w * left).powi(2)]
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::random::Stream;
+
+    /// A gyro with so many power-ons a month, whose months differ by √ρ, and today's in the last month or in a new one.
+    fn gyro(counts: &[usize], same_month: bool, rho: f64, draw: &mut Stream) -> (Vec<PowerOn>, PowerOn) {
+        let (mut all, mut off) = (Vec::new(), 0.0);
+        let power_on = |month: usize, part: f64, off: f64, draw: &mut Stream| PowerOn {
+            at: 30.0 * (month as f64 + part),
+            month,
+            seen: [off + draw.normal(), 0.01],
+        };
+        for (month, n) in counts.iter().enumerate() {
+            off = rho.sqrt() * draw.normal();
+            all.extend((0..*n).map(|k| power_on(month, (k as f64 + 0.5) / (*n as f64 + 1.0), off, draw)));
+        }
+        let last = counts.len() - 1;
+        let today = match same_month {
+            true => power_on(last, 0.99, off, draw),
+            false => power_on(last + 1, 0.0, rho.sqrt() * draw.normal(), draw),
+        };
+        (all, today)
+    }
+
+    /// One gyro alone, whose ρ is known by few degrees of freedom: no more often outside than all eight tests together may be.
+    #[test]
+    fn a_ratio_that_is_known_badly_raises_no_false_alarms() {
+        let (runs, level) = (2000, 0.05);
+        let once = [1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 2];
+        let cases: [(&[usize], bool, f64); 6] = [
+            (&once, true, 0.0),
+            (&once, true, 1.0),
+            (&once, false, 1.0),
+            (&[5, 5, 5], false, 4.0),
+            (&[5, 5, 2], true, 4.0),
+            (&[5, 5, 5], false, 0.0),
+        ];
+        for (counts, same_month, rho) in cases {
+            let outside = (0..runs).filter(|seed| {
+                let (earlier, today) = gyro(counts, same_month, rho, &mut Stream::new(*seed, 9));
+                let months = Months::of([earlier.as_slice()].into_iter());
+                held(&earlier, &today, &VariancePrior::NONE, &months, level / 8.0).is_some_and(|h| h.outside)
+            });
+            let (n, outside) = (runs as f64, outside.count() as f64);
+            let bound = n * level + 3.0 * (n * level * (1.0 - level)).sqrt();
+            assert!(outside <= bound, "{counts:?}, {same_month}, {rho}: {outside} of {runs}");
+        }
+    }
+
+    #[test]
+    fn a_steady_drift_of_one_gyro_leaves_the_ratio() {
+        let mut ratios = [0.0; 2];
+        for seed in 0..40 {
+            let mut draw = Stream::new(seed, 10);
+            let mut gyros: Vec<Vec<PowerOn>> = (0..6).map(|_| gyro(&[5; 12], false, 1.0, &mut draw).0).collect();
+            for (k, ratio) in ratios.iter_mut().enumerate() {
+                gyros[0].iter_mut().for_each(|p| p.seen[0] += 0.3 * k as f64 * p.at);
+                *ratio += Months::of(gyros.iter().map(Vec::as_slice)).ratio / 40.0;
+            }
+        }
+        assert!(ratios.iter().all(|r| (r - 1.0).abs() < 0.2), "{ratios:?}");
+    }
+
+    #[test]
+    fn without_months_a_prediction_is_the_mean() {
+        let (all, today) = gyro(&[4, 4], true, 0.0, &mut Stream::new(1, 11));
+        let [expected, unit] = predicted(&all, today.month, 0.0);
+        assert!((expected - mean(all.iter().map(|p| p.seen[0]))).abs() < 1e-12 && (unit - 1.125).abs() < 1e-12);
+        assert_eq!(Months::of([all.as_slice()].into_iter()), Months::NONE);
+        // with them it is drawn to its own month, and knows it better
+        assert!(predicted(&all, today.month, 4.0)[1] < predicted(&all, today.month + 1, 4.0)[1]);
+    }
 }

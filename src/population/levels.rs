@@ -7,17 +7,17 @@
 
 use super::quantity::{QUANTITIES, Quantity, observed};
 use super::row::Row;
-use crate::math::mean;
 use crate::math::nested::{Grouping, nested};
 use crate::math::outlying::outlying;
+use crate::math::{NORMAL_975, mean};
 use serde::Serialize;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Seed of the draws of intervals and of simulated populations.
 const SEED: u64 = 1;
-/// Simulated populations of units.
+/// Fewest simulated populations of units.
 const DRAWS: usize = 999;
-/// An ordinary fleet has a unit that does not belong with this probability at most, all its types and parameters together.
+/// An ordinary fleet has a unit that does not belong at an axis with this probability at most, all its types and parameters together.
 pub(crate) const LEVEL: f64 = 0.05;
 
 /// A power-on that counts.
@@ -94,7 +94,7 @@ pub(crate) struct FleetLevels {
     pub topic: Option<String>,
     /// As in the rows.
     pub axis: String,
-    /// Power-ons that count.
+    /// Power-ons that count and tell a parameter.
     pub power_ons: usize,
     /// Units.
     pub units: usize,
@@ -102,7 +102,7 @@ pub(crate) struct FleetLevels {
     pub types: Option<usize>,
     /// Calendar months, UTC; none where a log has no date.
     pub months: Option<usize>,
-    /// Mean temperature, °C, where every log has one.
+    /// Mean of the logs' lowest temperatures, °C, where every log has one.
     pub temperature_c: Option<f64>,
     /// One a parameter that is told.
     pub parameters: Vec<FleetParameter>,
@@ -168,6 +168,8 @@ fn parameter(quantity: &Quantity, members: &[Member<'_>]) -> Option<FleetParamet
     };
     let groupings: Vec<Grouping> = partitions.windows(2).map(above).collect();
     let temperatures: Option<Vec<f64>> = told.iter().map(|m| m.row.temperature_low_c).collect();
+    // of units with one power-on each the slope would be one between units
+    let temperatures = temperatures.filter(|_| !partitions[0].levels.contains(&"unit"));
     let found = nested(&numbers, temperatures.as_deref(), &groupings, SEED)?;
     let back = |v: f64| if quantity.1 { v.exp() } else { v };
     let between = partitions.iter().zip(&found.levels).map(|(p, level)| Between {
@@ -180,7 +182,14 @@ fn parameter(quantity: &Quantity, members: &[Member<'_>]) -> Option<FleetParamet
     let units = partitions.iter().position(|p| p.levels.contains(&"unit") && !p.levels.contains(&"type"));
     let apart = units.filter(|k| *k < groupings.len()).and_then(|k| {
         let names: Vec<&str> = partitions[k].first_rows().into_iter().map(|row| told[row].unit).collect();
-        apart(&names, &found.items[k], &groupings[k])
+        let mut means = found.items[k].clone();
+        if let (Some(t), Some(slope)) = (&temperatures, found.slope) {
+            // the slope's own error, by how much the unit was colder than its type
+            let std = (slope.ci95[1] - slope.ci95[0]) / (2.0 * NORMAL_975);
+            let colder = from_group(&partitions[k], &partitions[k + 1], t);
+            means.iter_mut().zip(colder).for_each(|(m, x)| m[1] += (std * x).powi(2));
+        }
+        apart(&names, &means, &groupings[k])
     });
     Some(FleetParameter {
         name: quantity.0,
@@ -194,15 +203,28 @@ fn parameter(quantity: &Quantity, members: &[Member<'_>]) -> Option<FleetParamet
     })
 }
 
+/// Mean of `x` over each group of `inner` less that over the group of `outer` that it is in.
+fn from_group(inner: &Partition, outer: &Partition, x: &[f64]) -> Vec<f64> {
+    let means = |p: &Partition| {
+        let mut sums = vec![[0.0; 2]; p.groups];
+        p.of.iter().zip(x).for_each(|(g, x)| sums[*g] = [sums[*g][0] + x, sums[*g][1] + 1.0]);
+        sums.into_iter().map(|[sum, n]| sum / n).collect::<Vec<f64>>()
+    };
+    let [own, of_outer] = [inner, outer].map(means);
+    inner.first_rows().into_iter().zip(own).map(|(row, own)| own - of_outer[outer.of[row]]).collect()
+}
+
 /// Every unit held against those of its type; none where no type has enough of them.
 fn apart(names: &[&str], means: &[[f64; 2]], types: &Grouping) -> Option<Vec<Apart>> {
     let mut all = Vec::new();
     let mut tests = 0.0;
+    // so many that the least p value of them, times the tests, is below the level
+    let draws = DRAWS.max(40 * types.groups * QUANTITIES.len());
     for kind in 0..types.groups {
         let own: Vec<usize> = (0..names.len()).filter(|i| types.group[*i] == kind).collect();
         let values: Vec<f64> = own.iter().map(|i| means[*i][0]).collect();
         let errors: Vec<f64> = own.iter().map(|i| means[*i][1].sqrt()).collect();
-        let Some(found) = outlying(&values, &errors, DRAWS, SEED) else { continue };
+        let Some(found) = outlying(&values, &errors, draws, SEED) else { continue };
         tests += 1.0;
         all.extend(own.into_iter().zip(found).map(|(i, o)| Apart {
             unit: names[i].to_string(),
@@ -217,6 +239,9 @@ fn apart(names: &[&str], means: &[[f64; 2]], types: &Grouping) -> Option<Vec<Apa
 impl FleetLevels {
     /// Of `members`, power-ons at one topic and axis.
     pub(super) fn of(members: &[Member<'_>]) -> Option<Self> {
+        let tells = |m: &&Member<'_>| QUANTITIES.iter().any(|quantity| observed(quantity, m.row).is_some());
+        let members: Vec<Member<'_>> = members.iter().filter(tells).cloned().collect();
+        let members = members.as_slice();
         let source = &members.first()?.row.source;
         let told = QUANTITIES.iter().filter_map(|quantity| Some((quantity, parameter(quantity, members)?)));
         let told: Vec<(&Quantity, FleetParameter)> = told.collect();
@@ -370,6 +395,21 @@ mod tests {
         let without: Vec<Row> = rows.iter().filter(|r| !own(r)).cloned().collect();
         assert_eq!(levels(&without, true).parameters[2].between, t.between);
         assert!(found.parameters.iter().filter(|p| p.name != t.name).all(|p| p.apart.is_empty()));
+    }
+
+    #[test]
+    fn a_unit_at_another_temperature_belongs_to_the_others() {
+        let runs = 40;
+        let alarms = (0..runs).filter(|seed| {
+            let mut rows = fleet([1, 6, 1, 6], 300 + seed);
+            for row in rows.iter_mut().filter(|r| r.source.path.starts_with("type_0/3/")) {
+                row.temperature_low_c = row.temperature_low_c.map(|t| t - 60.0);
+                row.c2_rad_s = row.c2_rad_s.map(|c2| c2 - 60.0 * PER_C);
+            }
+            levels(&rows, true).parameters.iter().any(|p| !p.apart.is_empty())
+        });
+        let (n, alarms) = (runs as f64, alarms.count() as f64);
+        assert!(alarms <= n * LEVEL + 3.0 * (n * LEVEL * (1.0 - LEVEL)).sqrt(), "{alarms} of {n}");
     }
 
     #[test]

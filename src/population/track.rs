@@ -7,7 +7,7 @@
 //! freedom. A drift is the slope of all power-ons of the unit, its residual variance moderated in the same way. A unit that is as ever is
 //! found outside, or drifting, at most once in `per_year` power-ons (Bonferroni over gyros, parameters and both tests).
 
-use super::history::{FEWEST, PowerOn, held, month_ratio, slope, squares};
+use super::history::{FEWEST, Months, PowerOn, held, slope, squares};
 use super::levels::{FleetLevels, Member};
 use super::quantity::{QUANTITIES, Quantity, observed};
 use super::row::Row;
@@ -58,7 +58,7 @@ pub(crate) struct TrackedParameter {
     pub outside: bool,
     /// Slope a day, or a power-on where times are not known; of T and N, relative.
     pub slope: f64,
-    /// Its standard deviation.
+    /// Its standard deviation; 0 where all power-ons are of one time.
     pub slope_std: f64,
     /// Probability of as steep a slope without drift.
     pub slope_p_value: f64,
@@ -148,22 +148,22 @@ impl<'a> Gyro<'a> {
 
     /// Whether power-on `k` was outside what those before it predict.
     fn was_outside(&self, k: usize, priors: &Priors, level: f64) -> bool {
-        QUANTITIES.iter().zip(priors).any(|(quantity, (prior, ratio))| {
+        QUANTITIES.iter().zip(priors).any(|(quantity, (prior, months))| {
             let today = self.power_on(quantity, k);
             today
-                .and_then(|today| held(&self.before(quantity, k), &today, prior, self.ratio(*ratio), level))
+                .and_then(|today| held(&self.before(quantity, k), &today, prior, self.months_of(months), level))
                 .is_some_and(|h| h.outside)
         })
     }
 
     /// Without dates there are no months.
-    fn ratio(&self, ratio: f64) -> f64 {
-        if self.in_days { ratio } else { 0.0 }
+    fn months_of<'m>(&self, months: &'m Months) -> &'m Months {
+        if self.in_days { months } else { &Months::NONE }
     }
 }
 
 /// Of each quantity, the prior of a unit's variance, and the variance between months over that between power-ons.
-type Priors = [(VariancePrior, f64); 4];
+type Priors = [(VariancePrior, Months); 4];
 
 /// Tracks every gyro of every unit of `rows`, and tells by what the power-ons of all differ. `unit`: name of the unit of a row, none where it
 /// belongs to none; `kind`: its type. A unit that is as ever raises a false alarm at most once in `per_year` power-ons.
@@ -197,13 +197,16 @@ fn judged<'a>(rows: &'a [Row], unit: &dyn Fn(&Row) -> Option<String>, per_year: 
     let mut of_unit: BTreeMap<String, f64> = BTreeMap::new();
     gyros.iter().for_each(|g| *of_unit.entry(g.unit.clone()).or_default() += 1.0);
     let level = |g: &Gyro<'_>| 1.0 / (per_year.max(1.0) * 2.0 * QUANTITIES.len() as f64 * of_unit[&g.unit]);
-    let mut priors: Priors = [(VariancePrior::NONE, 0.0); 4];
+    let mut priors: Priors = [(VariancePrior::NONE, Months::NONE); 4];
     for _ in 0..ROUNDS {
         priors = QUANTITIES.map(|quantity| {
             let earlier: Vec<Vec<PowerOn>> = gyros.iter().map(|g| g.before(&quantity, g.rows.len() - 1)).collect();
             let dated = gyros.iter().zip(&earlier).filter(|(g, _)| g.in_days).map(|(_, all)| all.as_slice());
-            let ratio = month_ratio(dated);
-            (VariancePrior::of(gyros.iter().zip(&earlier).map(|(g, all)| squares(all, g.ratio(ratio)))), ratio)
+            let months = Months::of(dated);
+            (
+                VariancePrior::of(gyros.iter().zip(&earlier).map(|(g, all)| squares(all, g.months_of(&months).ratio))),
+                months,
+            )
         });
         for gyro in &mut gyros {
             for k in FEWEST..gyro.rows.len() - 1 {
@@ -219,13 +222,13 @@ fn tracked(gyro: &Gyro<'_>, priors: &Priors, level: f64) -> Tracked {
     let last = gyro.rows.len() - 1;
     let row = gyro.rows[last];
     let mut parameters = Vec::new();
-    for (quantity, (prior, ratio)) in QUANTITIES.iter().zip(priors) {
-        let ratio = gyro.ratio(*ratio);
+    for (quantity, (prior, months)) in QUANTITIES.iter().zip(priors) {
+        let months = gyro.months_of(months);
         let Some(today) = gyro.power_on(quantity, last) else { continue };
-        let Some(h) = held(&gyro.before(quantity, last), &today, prior, ratio, level) else { continue };
+        let Some(h) = held(&gyro.before(quantity, last), &today, prior, months, level) else { continue };
         let counting = (0..=last).filter(|i| gyro.counts[*i]);
         let all: Vec<PowerOn> = counting.filter_map(|i| gyro.power_on(quantity, i)).collect();
-        let [slope, slope_std, slope_p_value] = slope(&all, prior, ratio).unwrap_or([0.0, f64::NAN, 1.0]);
+        let [slope, slope_std, slope_p_value] = slope(&all, prior, months).unwrap_or([0.0, 0.0, 1.0]);
         let back = |v: f64| if quantity.1 { v.exp() } else { v };
         parameters.push(TrackedParameter {
             name: quantity.0,

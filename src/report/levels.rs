@@ -60,7 +60,9 @@ pub(super) fn heading(l: &FleetLevels) -> String {
     let topic = l.topic.as_ref().map_or(String::new(), |t| format!("topic {t}, "));
     let more = [(l.types, "type"), (l.months, "month")];
     let more: String = more.iter().filter_map(|(n, one)| Some(format!(", {}", counted((*n)?, one)))).collect();
-    let mean = l.temperature_c.map_or(String::new(), |t| format!(", {} °C in the mean", significant(t, 3)));
+    let mean = l
+        .temperature_c
+        .map_or(String::new(), |t| format!(", lowest temperatures {} °C in the mean", significant(t, 3)));
     format!("{topic}axis {}: {} of {}{more}{mean}", l.axis, counted(l.power_ons, "power-on"), counted(l.units, "unit"))
 }
 
@@ -100,7 +102,7 @@ pub(super) fn apart(l: &FleetLevels) -> Vec<String> {
 /// Whether units were looked for that do not belong, and how often an ordinary fleet has one.
 pub(super) fn belonging(l: &FleetLevels) -> String {
     if !l.parameters.iter().any(|p| p.apart_tested) {
-        return "units that do not belong: not looked for, it takes five of a type".into();
+        return "units that do not belong: not looked for, it takes five units of a type".into();
     }
     let none = if apart(l).is_empty() { ": none" } else { ":" };
     format!("units that do not belong (an ordinary fleet has any with probability {FLEET_LEVEL} at most){none}")
@@ -118,7 +120,7 @@ pub(super) fn text(levels: &[FleetLevels], out: &mut String) {
         let mut last = "";
         for [symbol, of, value, p] in &rows {
             let shown = if last == symbol { "" } else { symbol };
-            let p = if p.is_empty() { String::new() } else { format!("  p {} without it", equals(p)) };
+            let p = if p.is_empty() { String::new() } else { format!("  p {} if there were none", equals(p)) };
             let line = format!("  {shown:<2}  {of:<what$}  {value:<size$}{p}");
             let _ = writeln!(out, "{}", line.trim_end());
             last = symbol;

@@ -99,8 +99,8 @@ impl TrackReport {
                 let _ = writeln!(out, "{:width$}  {said}", "");
             }
             if gyro.set_aside > 0 {
-                let _ =
-                    writeln!(out, "{:width$}  {} earlier power-ons were outside and count no more", "", gyro.set_aside);
+                let were = if gyro.set_aside == 1 { "power-on was" } else { "power-ons were" };
+                let _ = writeln!(out, "{:width$}  {} earlier {were} outside and count no more", "", gyro.set_aside);
             }
         }
         let _ = writeln!(out, "\n{}\n{}", self.verdict_line(), self.promise());

@@ -49,7 +49,7 @@ pub(crate) fn track_page(report: &TrackReport, origin: &Origin) -> Result<String
     for l in report.fleet.iter().filter(|l| !l.parameters.is_empty()) {
         page.section(&levels::heading(l));
         page.paragraph("How they differ, net of the logs' own errors, with 95 % intervals.");
-        let mut table = Table::new(["parameter", "", "size", "p without it"]);
+        let mut table = Table::new(["parameter", "", "size", "p if there were none"]);
         levels::lines(l).into_iter().for_each(|line| table.row(line));
         page.table(&table);
         page.paragraph(&levels::belonging(l));
