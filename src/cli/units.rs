@@ -27,7 +27,7 @@ pub(crate) fn of(args: &UnitArgs, path: &str) -> Option<String> {
     found(regex, path)
 }
 
-/// What `regex` finds in `path`: its first group if it has one.
+/// The part of `path` that `regex` finds: its first group if it has one.
 pub(super) fn found(regex: &Regex, path: &str) -> Option<String> {
     regex.captures(path).and_then(|c| c.get(1).or_else(|| c.get(0))).map(|m| m.as_str().to_string())
 }

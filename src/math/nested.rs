@@ -16,6 +16,7 @@ use super::distributions::chi_squared_interval95;
 use super::random::Stream;
 use super::random_effects::{FLOOR, variance_where};
 use rayon::prelude::*;
+use serde::Serialize;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 /// Draws of an interval.
@@ -49,7 +50,7 @@ impl Grouping {
 }
 
 /// Spread of the items of a level in their groups.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub(crate) struct LevelSpread {
     /// τ.
     pub std: f64,
@@ -60,7 +61,7 @@ pub(crate) struct LevelSpread {
 }
 
 /// A number with its 95 % interval.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub(crate) struct Interval {
     /// The estimate.
     pub value: f64,
@@ -81,7 +82,7 @@ pub(crate) struct Nested {
     pub items: Vec<Vec<[f64; 2]>>,
 }
 
-/// What a level gives at some τ.
+/// Q, β and the means of the groups of a level at some τ.
 struct Within {
     /// Q and its derivative by τ².
     q: [f64; 2],

@@ -121,11 +121,9 @@ pub(super) fn held(
     }
     let rho = months.ratio;
     let [expected, unit] = predicted(earlier, today.month, rho);
-    let step = 1e-4 * (1.0 + rho);
-    let growth = (predicted(earlier, today.month, rho + step)[1] - unit) / step;
     let (squares, own_degrees) = squares(earlier, rho);
     let (variance, degrees) = prior.moderated(squares, own_degrees);
-    let degrees = degrees.min(months.known_by(unit, growth));
+    let degrees = degrees.min(months.known_by(unit, |rho| predicted(earlier, today.month, rho)[1]));
     // the variance holds the errors of the earlier estimates; a shorter log today errs by more
     let more = (today.seen[1].powi(2) - mean(earlier.iter().map(|p| p.seen[1].powi(2)))).max(0.0);
     let scale = (variance * unit + more).sqrt();
@@ -151,13 +149,11 @@ pub(super) fn slope(all: &[PowerOn], prior: &VariancePrior, months: &Months) -> 
         let left: Vec<f64> = x.iter().zip(&y).map(|(x, y)| y - slope * x).collect();
         [slope, 1.0 / sxx, dot(&left, &own.solve(&left))]
     };
-    let rho = months.ratio;
-    let [slope, unit, squares] = fitted(rho);
-    let step = 1e-4 * (1.0 + rho);
-    let growth = (fitted(rho + step)[1] - unit) / step;
+    let [slope, unit, squares] = fitted(months.ratio);
     let (variance, degrees) = prior.moderated(squares, all.len() as f64 - 2.0);
     let std = (variance * unit).sqrt();
-    let (p_value, _) = student(slope / std, degrees.min(months.known_by(unit, growth)), 0.5)?;
+    let degrees = degrees.min(months.known_by(unit, |rho| fitted(rho)[1]));
+    let (p_value, _) = student(slope / std, degrees, 0.5)?;
     Some([slope, std, p_value])
 }
 
@@ -221,8 +217,13 @@ impl Months {
         Self { ratio, degrees: [within, about], share: mean(shares.iter().copied()) }
     }
 
-    /// Degrees of freedom of a variance `unit` σ² that grows with ρ by `growth` σ².
-    fn known_by(&self, unit: f64, growth: f64) -> f64 {
+    /// Degrees of freedom of a variance `unit` σ², which is `unit_at(ρ)` σ².
+    fn known_by(&self, unit: f64, unit_at: impl Fn(f64) -> f64) -> f64 {
+        if self.degrees[0].is_infinite() {
+            return f64::INFINITY;
+        }
+        let step = 1e-4 * (1.0 + self.ratio);
+        let growth = (unit_at(self.ratio + step) - unit) / step;
         let between = growth * (self.ratio + self.share);
         unit * unit / ((unit - between).powi(2) / self.degrees[0] + between * between / self.degrees[1])
     }

@@ -7,7 +7,7 @@
 
 use super::quantity::{QUANTITIES, Quantity, observed};
 use super::row::Row;
-use crate::math::nested::{Grouping, nested};
+use crate::math::nested::{Grouping, Interval, LevelSpread, nested};
 use crate::math::outlying::outlying;
 use crate::math::{NORMAL_975, mean};
 use serde::Serialize;
@@ -31,15 +31,6 @@ pub(super) struct Member<'a> {
     pub row: &'a Row,
 }
 
-/// A slope, or a mean, with its 95 % interval.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub(crate) struct Known {
-    /// The estimate.
-    pub value: f64,
-    /// Its interval.
-    pub ci95: [f64; 2],
-}
-
 /// Spread between the items of one level, or of several that the data do not tell apart.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub(crate) struct Between {
@@ -47,12 +38,9 @@ pub(crate) struct Between {
     pub levels: Vec<&'static str>,
     /// Number of items.
     pub items: usize,
-    /// Standard deviation in the unit of the parameter; of T and N, that of the logarithm.
-    pub std: f64,
-    /// Its 95 % interval; null without an upper end.
-    pub ci95: [f64; 2],
-    /// Probability of such differences without it.
-    pub p_value: f64,
+    /// In the unit of the parameter; of T and N, that of the logarithm.
+    #[serde(flatten)]
+    pub spread: LevelSpread,
 }
 
 /// A unit that does not belong to its type.
@@ -76,11 +64,11 @@ pub(crate) struct FleetParameter {
     /// Power-ons that tell it.
     pub power_ons: usize,
     /// Mean, at the mean temperature; of T and N, the geometric one.
-    pub mean: Known,
+    pub mean: Interval,
     /// The finest level first.
     pub between: Vec<Between>,
     /// Slope a °C within the units; none where not every log has a temperature, or it does not vary.
-    pub per_c: Option<Known>,
+    pub per_c: Option<Interval>,
     /// Units that do not belong; they do not count.
     pub apart: Vec<Apart>,
     /// Whether there were enough units to look for such.
@@ -175,9 +163,7 @@ fn parameter(quantity: &Quantity, members: &[Member<'_>]) -> Option<FleetParamet
     let between = partitions.iter().zip(&found.levels).map(|(p, level)| Between {
         levels: p.levels.clone(),
         items: p.groups,
-        std: level.std,
-        ci95: level.ci95,
-        p_value: level.p_value,
+        spread: *level,
     });
     let units = partitions.iter().position(|p| p.levels.contains(&"unit") && !p.levels.contains(&"type"));
     let apart = units.filter(|k| *k < groupings.len()).and_then(|k| {
@@ -195,9 +181,9 @@ fn parameter(quantity: &Quantity, members: &[Member<'_>]) -> Option<FleetParamet
         name: quantity.0,
         relative: quantity.1,
         power_ons: told.len(),
-        mean: Known { value: back(found.mean.value), ci95: found.mean.ci95.map(back) },
+        mean: Interval { value: back(found.mean.value), ci95: found.mean.ci95.map(back) },
         between: between.collect(),
-        per_c: found.slope.map(|s| Known { value: s.value, ci95: s.ci95 }),
+        per_c: found.slope,
         apart_tested: apart.is_some(),
         apart: apart.unwrap_or_default(),
     })
@@ -260,18 +246,17 @@ impl FleetLevels {
                 None => p,
             }
         };
-        let distinct = |keys: Option<Vec<&str>>| keys.map(|k| k.into_iter().collect::<BTreeSet<_>>().len());
+        let distinct = |keys: Vec<Option<&str>>| keys.into_iter().collect::<BTreeSet<_>>().len();
+        let months: Vec<Option<&str>> = members.iter().map(|m| m.row.month()).collect();
+        let kinds: Vec<Option<&str>> = members.iter().map(|m| m.kind.as_deref()).collect();
         let temperatures: Option<Vec<f64>> = members.iter().map(|m| m.row.temperature_low_c).collect();
         Some(Self {
             topic: source.topic.clone(),
             axis: source.axis.clone(),
             power_ons: members.len(),
-            months: distinct(members.iter().map(|m| m.row.month()).collect()),
-            units: distinct(Some(members.iter().map(|m| m.unit).collect())).unwrap_or_default(),
-            types: members
-                .iter()
-                .any(|m| m.kind.is_some())
-                .then(|| Partition::by("type", members.iter().map(|m| &m.kind)).groups),
+            units: distinct(members.iter().map(|m| Some(m.unit)).collect()),
+            months: months.iter().all(Option::is_some).then(|| distinct(months)),
+            types: kinds.iter().any(Option::is_some).then(|| distinct(kinds)),
             temperature_c: temperatures.map(|t| mean(t.into_iter())),
             parameters: told.into_iter().map(settled).collect(),
         })
@@ -373,7 +358,7 @@ mod tests {
             let c2 = &found.parameters[1];
             let holds = |ci: [f64; 2], truth: f64| usize::from(ci[0] <= truth && truth <= ci[1]);
             for (k, between) in c2.between.iter().enumerate() {
-                held[k] += holds(between.ci95, STD[k]);
+                held[k] += holds(between.spread.ci95, STD[k]);
             }
             held[4] += holds(c2.per_c.unwrap().ci95, PER_C);
         }

@@ -29,10 +29,10 @@ fn items(b: &Between) -> String {
 /// A spread and its interval with their unit.
 fn size(p: &FleetParameter, b: &Between) -> String {
     if p.relative {
-        return format!("{} {}", percent(b.std), percents(b.ci95));
+        return format!("{} {}", percent(b.spread.std), percents(b.spread.ci95));
     }
-    let [low, high] = b.ci95.map(|v| significant(v, 3));
-    format!("{} [{low}, {high}] {}", significant(b.std, 3), words(p.name).1)
+    let [low, high] = b.spread.ci95.map(|v| significant(v, 3));
+    format!("{} [{low}, {high}] {}", significant(b.spread.std, 3), words(p.name).1)
 }
 
 /// The slope with temperature and its interval with their unit.
@@ -74,7 +74,7 @@ pub(super) fn lines(l: &FleetLevels) -> Vec<[String; 4]> {
         rows.extend(
             p.between
                 .iter()
-                .map(|b| [symbol.clone(), format!("between {}", items(b)), size(p, b), probability(b.p_value)]),
+                .map(|b| [symbol.clone(), format!("between {}", items(b)), size(p, b), probability(b.spread.p_value)]),
         );
         rows.extend(per_c(p).map(|slope| [symbol, "with temperature".into(), slope, String::new()]));
         rows
